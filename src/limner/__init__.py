@@ -1,0 +1,1 @@
+"""limner: from a photo of a face to a portrait in pen strokes."""

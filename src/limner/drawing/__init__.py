@@ -1,0 +1,1 @@
+"""Millimetres: from strokes in a photo to a drawing on a page."""

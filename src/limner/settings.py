@@ -1,0 +1,229 @@
+"""Settings: frozen dataclasses whose fields carry unit, range and one line of help; to and from TOML."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import tomllib
+import types
+import typing
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+from limner.errors import BadInput
+
+Scalar = bool | int | float | str
+Tree = typing.TypeVar("Tree", bound="SettingsGroup")
+
+
+@dataclass(frozen=True)
+class About:
+    """What a setting means: shown by ``--help`` and the studio, enforced on every value.
+
+    Attributes:
+        help: one line.
+        unit: of the value, empty for none.
+        low, high: limits, both allowed.
+        choices: the only values allowed.
+    """
+
+    help: str
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    choices: tuple[str, ...] = ()
+
+
+def setting(
+    default: Scalar | None,
+    help: str,
+    *,
+    unit: str = "",
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """A field of a settings group: its default and what it means."""
+    return dataclasses.field(default=default, metadata={"about": About(help, unit, low, high, choices)})
+
+
+def group(cls: type[SettingsGroup]) -> Any:
+    """A field that holds another group with its defaults."""
+    return dataclasses.field(default_factory=cls)
+
+
+@dataclass(frozen=True)
+class SettingsGroup:
+    """Base of every settings group: each value is checked once, on construction."""
+
+    def __post_init__(self) -> None:
+        hints = typing.get_type_hints(type(self))
+        for field in dataclasses.fields(self):
+            if "about" in field.metadata:
+                value = _checked(getattr(self, field.name), hints[field.name], field.metadata["about"], field.name)
+                object.__setattr__(self, field.name, value)
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any], path: str = "") -> Self:
+        """Build the group from nested dictionaries; what is absent keeps its default.
+
+        Raises:
+            BadInput: a name that does not exist or a value outside its limits.
+        """
+        hints = typing.get_type_hints(cls)
+        fields = {field.name: field for field in dataclasses.fields(cls)}
+        given: dict[str, Any] = {}
+        for name, value in values.items():
+            if name not in fields:
+                raise BadInput(f"settings: {path}{name} does not exist; {_choices(name, list(fields))}")
+            if "about" in fields[name].metadata:
+                given[name] = _checked(value, hints[name], fields[name].metadata["about"], path + name)
+            elif isinstance(value, Mapping):
+                given[name] = hints[name].from_dict(value, f"{path}{name}.")
+            else:
+                raise BadInput(f"settings: {path}{name} is a group of settings, got {value!r}; set one of its members")
+        return cls(**given)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Nested dictionaries of plain values; a setting that is not set is left out."""
+        result: dict[str, Any] = {}
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, SettingsGroup):
+                result[field.name] = value.to_dict()
+            elif value is not None:
+                result[field.name] = value
+        return result
+
+    def replace(self, **changes: Any) -> Self:
+        """A copy with some fields changed, checked again."""
+        return dataclasses.replace(self, **changes)
+
+    def assign(self, path: str, text: str) -> Self:
+        """A copy with the setting at ``path`` (names joined by dots) read from ``text``.
+
+        Raises:
+            BadInput: no such setting, or the text is no value for it.
+        """
+        return self.from_dict(_merge(self.to_dict(), _nest(path, self._parse(path, text))))
+
+    @classmethod
+    def walk(cls, path: str = "") -> Iterator[tuple[str, About, Any]]:
+        """Every setting below: its path, what it means, its default."""
+        hints = typing.get_type_hints(cls)
+        for field in dataclasses.fields(cls):
+            if "about" in field.metadata:
+                yield path + field.name, field.metadata["about"], field.default
+            else:
+                yield from hints[field.name].walk(f"{path}{field.name}.")
+
+    @classmethod
+    def _parse(cls, path: str, text: str) -> Any:
+        head, _, rest = path.partition(".")
+        hints = typing.get_type_hints(cls)
+        fields = {field.name: field for field in dataclasses.fields(cls)}
+        if head not in fields:
+            raise BadInput(f"settings: {path} does not exist; {_choices(path, [name for name, _, _ in cls.walk()])}")
+        is_group = "about" not in fields[head].metadata
+        if is_group and rest:
+            return hints[head]._parse(rest, text)
+        if is_group or rest:
+            raise BadInput(f"settings: {path} does not exist; {_choices(path, [name for name, _, _ in cls.walk()])}")
+        if str in _kinds(hints[head]):
+            return text
+        try:
+            return tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            return text
+
+
+def read_toml(tree: type[Tree], text: str) -> Tree:
+    """Settings from TOML text.
+
+    Raises:
+        BadInput: the text is no TOML, or holds a setting that does not exist or is outside its limits.
+    """
+    try:
+        values = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise BadInput(f"settings: not TOML ({error})") from error
+    return tree.from_dict(values)
+
+
+def write_toml(tree: SettingsGroup) -> str:
+    """The whole tree as TOML text, each setting under its help, unit and limits."""
+    import tomli_w
+
+    lines: list[str] = []
+    section = None
+    for path, about, _ in type(tree).walk():
+        *groups, name = path.split(".")
+        if groups != section:
+            section = groups
+            lines += ["", f"[{'.'.join(groups)}]"] if groups else []
+        value: Any = tree
+        for part in path.split("."):
+            value = getattr(value, part)
+        lines.append(f"# {about.help}{_limits(about)}")
+        lines.append(f"# {name} = (not set)" if value is None else tomli_w.dumps({name: value}).strip())
+    return "\n".join(lines).lstrip() + "\n"
+
+
+def _limits(about: About) -> str:
+    parts = [about.unit] if about.unit else []
+    if about.choices:
+        parts.append(" | ".join(about.choices))
+    if about.low is not None and about.high is not None:
+        parts.append(f"{about.low:g} to {about.high:g}")
+    elif about.low is not None:
+        parts.append(f"at least {about.low:g}")
+    elif about.high is not None:
+        parts.append(f"at most {about.high:g}")
+    return f" [{', '.join(parts)}]" if parts else ""
+
+
+def _kinds(hint: Any) -> tuple[Any, ...]:
+    return typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+
+
+def _checked(value: Any, hint: Any, about: About, name: str) -> Any:
+    kinds = _kinds(hint)
+    if value is None and types.NoneType in kinds:
+        return None
+    if float in kinds and isinstance(value, int) and not isinstance(value, bool):
+        value = float(value)
+    if type(value) not in kinds:
+        wanted = " or ".join(_WORDS[kind] for kind in kinds if kind is not types.NoneType)
+        raise BadInput(f"settings: {name} = {value!r}, expected {wanted}{_limits(about)}")
+    wrong = about.choices and value not in about.choices
+    if not isinstance(value, str):
+        wrong = not math.isfinite(value) or (about.low is not None and value < about.low)
+        wrong = wrong or (about.high is not None and value > about.high)
+    if wrong:
+        raise BadInput(f"settings: {name} = {value!r} is outside{_limits(about) or ' what is finite'}")
+    return value
+
+
+_WORDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
+
+
+def _choices(name: str, names: list[str]) -> str:
+    close = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    close = close or [other for other in names if other.endswith("." + name.rpartition(".")[2])]
+    return f"did you mean {' or '.join(close)}?" if close else f"choose from {', '.join(names)}"
+
+
+def _nest(path: str, value: Any) -> dict[str, Any]:
+    for part in reversed(path.split(".")):
+        value = {part: value}
+    nested: dict[str, Any] = value
+    return nested
+
+
+def _merge(base: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in change.items():
+        merged[key] = _merge(merged.get(key, {}), value) if isinstance(value, dict) else value
+    return merged

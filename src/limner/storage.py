@@ -1,0 +1,220 @@
+"""Files: written whole or not at all; every type to and from JSON and npz."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import io
+import json
+import os
+import tempfile
+import typing
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from limner.errors import BadInput
+from limner.types import Drawing, EdgeMap, Face, JointTrajectory, Page, Pen, PenPath, Photo, Strokes
+
+T = TypeVar("T")
+
+STORED = (Photo, Face, EdgeMap, Strokes, Drawing, PenPath, JointTrajectory)
+"""The types that can be saved and loaded."""
+
+
+def write_whole(path: str | Path, data: bytes) -> None:
+    """Write ``data`` beside ``path``, then rename: a reader never sees half a file.
+
+    Raises:
+        BadInput: the folder is missing, read-only, or full.
+    """
+    path = Path(path)
+    beside = None
+    try:
+        handle, beside = tempfile.mkstemp(prefix=f".{path.name[:40]}.", suffix=".part", dir=path.parent)
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            os.fchmod(file.fileno(), 0o666 & ~_umask()) if hasattr(os, "fchmod") else None
+        os.replace(beside, path)
+    except OSError as error:
+        if beside is not None:
+            with contextlib.suppress(OSError):
+                os.unlink(beside)
+        raise BadInput(f"{path}: cannot be written ({error.strerror or error}); choose another place") from error
+
+
+def _umask() -> int:
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask
+
+
+def read_bytes(path: str | Path, limit: int = 512 * 2**20) -> bytes:
+    """The whole file.
+
+    Raises:
+        BadInput: it cannot be read or is larger than ``limit`` bytes.
+    """
+    try:
+        with open(path, "rb") as file:
+            data = file.read(limit + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise BadInput(f"{path}: cannot be read ({reason or error})") from error
+    if len(data) > limit:
+        raise BadInput(f"{path}: larger than {limit // 2**20} MB, the limit for such a file")
+    return data
+
+
+def to_fields(value: Any) -> Any:
+    """Plain lists, numbers and texts of a type, as they stand in JSON."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: to_fields(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, tuple):
+        return [to_fields(item) for item in value]
+    return value
+
+
+def from_fields(kind: type[T], fields: Any) -> T:
+    """The type from what ``to_fields`` gave.
+
+    Raises:
+        BadInput: a field is missing, unknown, or has another shape.
+    """
+    names = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
+    if not isinstance(fields, Mapping) or not set(fields) <= set(names):
+        unknown = sorted(set(map(str, fields)) - set(names)) if isinstance(fields, Mapping) else type(fields).__name__
+        raise BadInput(f"{kind.__name__}: expected an object with {', '.join(names)}; got {unknown}")
+    given = dict(fields)
+    for name, part in (("page", Page), ("pen", Pen)):
+        if isinstance(given.get(name), Mapping):
+            given[name] = from_fields(part, given[name])
+    try:
+        return kind(**given)
+    except (TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise BadInput(f"{kind.__name__}: {error}; expected the fields {', '.join(names)}") from error
+
+
+def to_json(value: Any) -> str:
+    """One JSON object of the type's fields."""
+    return json.dumps(to_fields(value), allow_nan=False)
+
+
+def from_json(kind: type[T], text: str | bytes) -> T:
+    """The type from JSON text.
+
+    Raises:
+        BadInput: no JSON, or not of this type.
+    """
+    try:
+        fields = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise BadInput(f"{kind.__name__}: not JSON ({error})") from error
+    return from_fields(kind, fields)
+
+
+def to_npz(value: Any) -> bytes:
+    """The fields as npz, lines as one array with their ends; the same value gives the same bytes."""
+    arrays: dict[str, Any] = {}
+    for field in dataclasses.fields(value):
+        item = getattr(value, field.name)
+        if field.name in _LINES:
+            arrays[field.name] = np.concatenate([np.empty((0, 2)), *item])
+            arrays[f"{field.name}.end"] = np.cumsum([len(line) for line in item], dtype=np.int64)
+        elif dataclasses.is_dataclass(item):
+            arrays[field.name] = np.array(json.dumps(to_fields(item)))
+        else:
+            arrays[field.name] = np.array(item if not isinstance(item, tuple) or item else np.empty(0, "U1"))
+    return pack_npz(arrays)
+
+
+def pack_npz(arrays: Mapping[str, Any]) -> bytes:
+    """An npz archive of the arrays; the same arrays give the same bytes (no time stamps)."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, array in arrays.items():
+            buffer = io.BytesIO()
+            np.lib.format.write_array(buffer, np.asanyarray(array), allow_pickle=False)
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), buffer.getvalue(), zipfile.ZIP_DEFLATED)
+    return out.getvalue()
+
+
+def unpack_npz(data: bytes, name: str = "npz", limit: int = 2**30) -> dict[str, Any]:
+    """The arrays of an npz archive; nothing in it is ever executed.
+
+    Raises:
+        BadInput: no such archive, an object array, or more than ``limit`` bytes when unpacked.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            if sum(info.file_size for info in archive.infolist()) > limit:
+                raise BadInput(f"{name}: unpacks to more than {limit // 2**20} MB, the limit")
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            return {key: file[key] for key in file.files}
+    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile, SyntaxError, NotImplementedError) as error:
+        raise BadInput(f"{name}: not a readable npz file ({error})") from error
+    except (RuntimeError, MemoryError) as error:
+        raise BadInput(f"{name}: not a readable npz file ({error})") from error
+
+
+def from_npz(kind: type[T], data: bytes) -> T:
+    """The type from what ``to_npz`` gave.
+
+    Raises:
+        BadInput: no npz, or not of this type.
+    """
+    arrays = unpack_npz(data, kind.__name__)
+    fields: dict[str, Any] = {}
+    for key, array in arrays.items():
+        if key.endswith(".end"):
+            continue
+        if key in _LINES:
+            ends = arrays.get(f"{key}.end", np.empty(0, np.int64))
+            if ends.ndim != 1 or ends.dtype.kind != "i" or array.ndim != 2:
+                raise BadInput(f"{kind.__name__}: {key} and {key}.end are not lines and their ends")
+            fields[key] = tuple(np.split(array, ends[:-1]) if len(ends) else ())
+        elif key in ("page", "pen"):
+            fields[key] = json.loads(str(array)) if array.ndim == 0 else {}
+        elif array.dtype.kind == "U":
+            fields[key] = tuple(array.tolist()) if array.ndim else str(array)
+        else:
+            fields[key] = array if array.ndim else array.item()
+    return from_fields(kind, fields)
+
+
+_LINES = ("lines_px", "lines_mm")
+
+
+def save(value: Any, path: str | Path) -> None:
+    """Save a type as ``.json`` or ``.npz``, by the path's suffix.
+
+    Raises:
+        BadInput: another suffix, or the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix == ".json":
+        write_whole(path, (to_json(value) + "\n").encode())
+    elif suffix == ".npz":
+        write_whole(path, to_npz(value))
+    else:
+        raise BadInput(f"{path}: cannot save as '{suffix}'; choose .json or .npz")
+
+
+def load(kind: type[T], path: str | Path) -> T:
+    """Load a type from ``.json`` or ``.npz``.
+
+    Raises:
+        BadInput: another suffix, unreadable, or not of this type.
+    """
+    if kind not in STORED:
+        raise BadInput(f"{typing.cast(Any, kind).__name__}: cannot be loaded; expected a type of limner.types")
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".json", ".npz"):
+        raise BadInput(f"{path}: cannot load '{suffix}'; expected .json or .npz")
+    data = read_bytes(path)
+    return from_json(kind, data) if suffix == ".json" else from_npz(kind, data)

@@ -1,0 +1,1 @@
+"""The outside: files and machines that a drawing goes to."""

@@ -1,0 +1,353 @@
+"""The types that the stages hand on, from the photo to the joints; all frozen, arrays read-only, shapes checked once.
+
+Frames: *photo* is pixels, x right, y down, (0, 0) the centre of the top-left pixel;
+*page* is millimetres, origin at the lower left, y up; *paper* is the page with z up from the sheet.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from limner.errors import BadInput
+
+Floats = NDArray[np.float64]
+
+LANDMARK_COUNTS = (68, 39)
+"""Points of a frontal face (iBUG-68) and of a profile (MultiPIE-39)."""
+
+REGIONS = ("eye", "brow", "nose", "mouth", "jaw", "ear", "hair", "face", "body", "background")
+"""What a stroke belongs to; ``face`` is skin between the features."""
+
+
+def frozen_array(value: ArrayLike, dtype: Any, shape: tuple[int | None, ...], name: str) -> NDArray[Any]:
+    """Copy ``value`` into a read-only array, or say what shape was expected.
+
+    Args:
+        value: anything numpy can read.
+        dtype: of the result.
+        shape: expected shape; ``None`` stands for any length.
+        name: of the field, for the message.
+
+    Raises:
+        BadInput: the shape is another one, or a float is not finite.
+    """
+    try:
+        array = np.array(value, dtype=dtype)
+    except (TypeError, ValueError) as error:
+        raise BadInput(f"{name}: expected numbers of shape {_shape(shape)}, got something else ({error})") from error
+    if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
+        raise BadInput(f"{name}: expected shape {_shape(shape)}, got {_shape(array.shape)}")
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        raise BadInput(f"{name}: expected finite numbers, got NaN or infinity")
+    array.setflags(write=False)
+    return array
+
+
+def _shape(shape: Sequence[int | None]) -> str:
+    return "(" + ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
+
+
+class Value:
+    """Equality by content for the types below (their fields hold arrays)."""
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        fields = dataclasses.fields(self)  # type: ignore[arg-type]
+        return all(_same(getattr(self, f.name), getattr(other, f.name)) for f in fields)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _freeze(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray):
+        return bool(np.array_equal(a, b))
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return len(a) == len(b) and all(map(_same, a, b))
+    return bool(a == b)
+
+
+@dataclass(frozen=True, eq=False)
+class Photo(Value):
+    """A picture, already upright.
+
+    Attributes:
+        rgb: (H, W, 3) uint8, sRGB.
+    """
+
+    rgb: NDArray[np.uint8]
+
+    def __post_init__(self) -> None:
+        self._freeze("rgb", frozen_array(self.rgb, np.uint8, (None, None, 3), "Photo.rgb"))
+        if 0 in self.rgb.shape:
+            raise BadInput(f"Photo.rgb: expected at least one pixel, got {self.rgb.shape[1]} x {self.rgb.shape[0]}")
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.rgb.shape[1], self.rgb.shape[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Face(Value):
+    """A face found in a photo.
+
+    Attributes:
+        points_px: (68, 2) landmarks in iBUG-68 order, or (39, 2) in MultiPIE-39 order for a profile; photo frame.
+        box_px: (4,) x0, y0, x1, y1 around the face.
+        score: the detector's own, higher is better.
+        yaw_deg: turn of the head; positive = the nose points to image right.
+        detector: the name of what found it.
+    """
+
+    points_px: Floats
+    box_px: Floats
+    score: float = 0.0
+    yaw_deg: float = 0.0
+    detector: str = "file"
+
+    def __post_init__(self) -> None:
+        self._freeze("points_px", frozen_array(self.points_px, np.float64, (None, 2), "Face.points_px"))
+        self._freeze("box_px", frozen_array(self.box_px, np.float64, (4,), "Face.box_px"))
+        if len(self.points_px) not in LANDMARK_COUNTS:
+            raise BadInput(f"Face.points_px: expected 68 or 39 landmarks, got {len(self.points_px)}")
+        if self.box_px[2] <= self.box_px[0] or self.box_px[3] <= self.box_px[1]:
+            raise BadInput(f"Face.box_px: expected x0 < x1 and y0 < y1, got {self.box_px.tolist()}")
+
+    @property
+    def frontal(self) -> bool:
+        """Whether all 68 landmarks are there, as the drawing needs."""
+        return len(self.points_px) == 68
+
+    @property
+    def outer_eye_px(self) -> float:
+        """Distance of the outer eye corners, the unit in which lengths on a face are given.
+
+        Raises:
+            BadInput: the face is a profile, or both corners are one point.
+        """
+        if not self.frontal:
+            raise BadInput("face: a profile of 39 landmarks has one eye; expected a frontal face with 68")
+        distance = float(np.hypot(*(self.points_px[45] - self.points_px[36])))
+        if distance < 1e-6:
+            raise BadInput("face: both outer eye corners (landmarks 36 and 45) are one point; expected two places")
+        return distance
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeMap(Value):
+    """Pixels that may be line.
+
+    Attributes:
+        mask: (H, W) bool.
+        strength: (H, W) in [0, 1], how sure.
+        angle_rad: (H, W) in [0, pi), the direction of the line (the tangent), from x towards y (down).
+    """
+
+    mask: NDArray[np.bool_]
+    strength: Floats
+    angle_rad: Floats
+
+    def __post_init__(self) -> None:
+        self._freeze("mask", frozen_array(self.mask, np.bool_, (None, None), "EdgeMap.mask"))
+        height, width = self.mask.shape
+        for name in ("strength", "angle_rad"):
+            array = frozen_array(getattr(self, name), np.float64, (height, width), f"EdgeMap.{name}")
+            self._freeze(name, array)
+        if self.strength.size and not (self.strength.min() >= 0 and self.strength.max() <= 1):
+            raise BadInput("EdgeMap.strength: expected values in [0, 1]")
+        if self.angle_rad.size and not (self.angle_rad.min() >= 0 and self.angle_rad.max() < np.pi):
+            raise BadInput("EdgeMap.angle_rad: expected values in [0, pi)")
+
+
+def _lines(lines: Sequence[ArrayLike], name: str) -> tuple[Floats, ...]:
+    frozen = tuple(frozen_array(line, np.float64, (None, 2), f"{name}[{i}]") for i, line in enumerate(lines))
+    for i, line in enumerate(frozen):
+        if len(line) < 1:
+            raise BadInput(f"{name}[{i}]: expected at least one point, got none")
+    return frozen
+
+
+def _regions(regions: Sequence[str], n: int, name: str) -> tuple[str, ...]:
+    regions = tuple(regions)
+    if len(regions) != n:
+        raise BadInput(f"{name}: expected one for each of {n} lines, got {len(regions)}")
+    for region in regions:
+        if region not in REGIONS:
+            raise BadInput(f"{name}: expected one of {', '.join(REGIONS)}, got '{region}'")
+    return regions
+
+
+@dataclass(frozen=True, eq=False)
+class Strokes(Value):
+    """Ordered polylines in the photo.
+
+    Attributes:
+        lines_px: tuple of (n, 2), photo frame; closed when first = last.
+        region: of each line, one of ``REGIONS``.
+        weight: (lines,) how much the drawing would miss it, >= 0.
+        size_px: width and height of the photo.
+    """
+
+    lines_px: tuple[Floats, ...]
+    region: tuple[str, ...]
+    weight: Floats
+    size_px: tuple[int, int]
+
+    def __post_init__(self) -> None:
+        self._freeze("lines_px", _lines(self.lines_px, "Strokes.lines_px"))
+        self._freeze("region", _regions(self.region, len(self.lines_px), "Strokes.region"))
+        self._freeze("weight", frozen_array(self.weight, np.float64, (len(self.lines_px),), "Strokes.weight"))
+        width, height = self.size_px
+        self._freeze("size_px", (int(width), int(height)))
+
+
+@dataclass(frozen=True)
+class Page:
+    """A sheet of paper [mm], with the margin that stays white on each side."""
+
+    width_mm: float = 148.0
+    height_mm: float = 210.0
+    margin_mm: float = 10.0
+
+    def __post_init__(self) -> None:
+        for name in ("width_mm", "height_mm", "margin_mm"):
+            value = float(getattr(self, name))
+            object.__setattr__(self, name, value)
+            if not np.isfinite(value):
+                raise BadInput(f"page: {name} is {value}, expected a finite length")
+        if not (1 <= self.width_mm <= 10_000 and 1 <= self.height_mm <= 10_000):
+            raise BadInput(f"page: {self.width_mm:g} x {self.height_mm:g} mm, expected sides between 1 and 10000 mm")
+        if not 0 <= self.margin_mm < min(self.width_mm, self.height_mm) / 2:
+            raise BadInput(
+                f"page: a margin of {self.margin_mm:g} mm leaves nothing of {self.width_mm:g} x {self.height_mm:g} mm;"
+                " choose a smaller one"
+            )
+
+
+@dataclass(frozen=True)
+class Pen:
+    """What draws: the width of its line [mm]."""
+
+    width_mm: float = 0.5
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "width_mm", float(self.width_mm))
+        if not 0.01 <= self.width_mm <= 50:
+            raise BadInput(f"pen: a line width of {self.width_mm:g} mm, expected 0.01 to 50 mm")
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing(Value):
+    """Strokes on a page, in the order in which they are drawn.
+
+    Attributes:
+        lines_mm: tuple of (n, 2), page frame; closed when first = last.
+        region: of each line, one of ``REGIONS``.
+        weight: (lines,) how much the drawing would miss it, >= 0.
+        page: the sheet.
+        pen: what draws.
+    """
+
+    lines_mm: tuple[Floats, ...]
+    region: tuple[str, ...]
+    weight: Floats
+    page: Page = Page()
+    pen: Pen = Pen()
+
+    def __post_init__(self) -> None:
+        self._freeze("lines_mm", _lines(self.lines_mm, "Drawing.lines_mm"))
+        self._freeze("region", _regions(self.region, len(self.lines_mm), "Drawing.region"))
+        self._freeze("weight", frozen_array(self.weight, np.float64, (len(self.lines_mm),), "Drawing.weight"))
+
+    @property
+    def points(self) -> int:
+        """Vertices the machine must go to."""
+        return sum(len(line) for line in self.lines_mm)
+
+
+@dataclass(frozen=True, eq=False)
+class PenPath(Value):
+    """Where the pen is at which time.
+
+    Attributes:
+        t_s: (n,) not decreasing.
+        position_mm: (n, 3) of the tip, paper frame.
+        down: (n,) whether the move that ends here draws.
+        stroke: (n,) index of the stroke, -1 in travel.
+    """
+
+    t_s: Floats
+    position_mm: Floats
+    down: NDArray[np.bool_]
+    stroke: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        self._freeze("t_s", frozen_array(self.t_s, np.float64, (None,), "PenPath.t_s"))
+        n = len(self.t_s)
+        self._freeze("position_mm", frozen_array(self.position_mm, np.float64, (n, 3), "PenPath.position_mm"))
+        self._freeze("down", frozen_array(self.down, np.bool_, (n,), "PenPath.down"))
+        self._freeze("stroke", frozen_array(self.stroke, np.int64, (n,), "PenPath.stroke"))
+        _check_time(self.t_s, "PenPath.t_s")
+
+    def at(self, t_s: ArrayLike) -> Floats:
+        """Position of the tip [mm] at the given times, linear between samples, held before and after: (..., 3)."""
+        return _interpolate(t_s, self.t_s, self.position_mm)
+
+
+@dataclass(frozen=True, eq=False)
+class JointTrajectory(Value):
+    """Where each joint is at which time.
+
+    Attributes:
+        names: of the joints (dof).
+        t_s: (n,) not decreasing.
+        q, qd, qdd: (n, dof) position, velocity, acceleration [rad or m, per s, per s^2].
+        down: (n,) whether the move that ends here draws.
+        stroke: (n,) index of the stroke, -1 in travel.
+    """
+
+    names: tuple[str, ...]
+    t_s: Floats
+    q: Floats
+    qd: Floats
+    qdd: Floats
+    down: NDArray[np.bool_]
+    stroke: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        self._freeze("names", tuple(str(name) for name in self.names))
+        self._freeze("t_s", frozen_array(self.t_s, np.float64, (None,), "JointTrajectory.t_s"))
+        n, dof = len(self.t_s), len(self.names)
+        for name in ("q", "qd", "qdd"):
+            array = frozen_array(getattr(self, name), np.float64, (n, dof), f"JointTrajectory.{name}")
+            self._freeze(name, array)
+        self._freeze("down", frozen_array(self.down, np.bool_, (n,), "JointTrajectory.down"))
+        self._freeze("stroke", frozen_array(self.stroke, np.int64, (n,), "JointTrajectory.stroke"))
+        _check_time(self.t_s, "JointTrajectory.t_s")
+
+    def at(self, t_s: ArrayLike) -> Floats:
+        """Joint positions at the given times, linear between samples, held before and after: (..., dof)."""
+        return _interpolate(t_s, self.t_s, self.q)
+
+
+def _check_time(t_s: Floats, name: str) -> None:
+    if len(t_s) < 1:
+        raise BadInput(f"{name}: expected at least one sample, got none")
+    if (np.diff(t_s) < 0).any():
+        raise BadInput(f"{name}: expected times that never go back")
+
+
+def _interpolate(t_s: ArrayLike, times_s: Floats, values: Floats) -> Floats:
+    t = np.asarray(t_s, dtype=np.float64)
+    columns = [np.interp(t, times_s, values[:, k]) for k in range(values.shape[1])]
+    return np.stack(columns, axis=-1)

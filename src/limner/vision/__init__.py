@@ -1,0 +1,1 @@
+"""Pixels: from a photo to strokes in it."""
