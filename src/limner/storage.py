@@ -10,6 +10,7 @@ import os
 import tempfile
 import typing
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -156,10 +157,13 @@ def unpack_npz(data: bytes, name: str = "npz", limit: int = 2**30) -> dict[str, 
                 raise BadInput(f"{name}: unpacks to more than {limit // 2**20} MB, the limit")
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             return {key: file[key] for key in file.files}
-    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile, SyntaxError, NotImplementedError) as error:
+    except (*_DAMAGED, NotImplementedError) as error:
         raise BadInput(f"{name}: not a readable npz file ({error})") from error
     except (RuntimeError, MemoryError) as error:
         raise BadInput(f"{name}: not a readable npz file ({error})") from error
+
+
+_DAMAGED = (ValueError, OSError, EOFError, KeyError, SyntaxError, zipfile.BadZipFile, zlib.error)
 
 
 def from_npz(kind: type[T], data: bytes) -> T:

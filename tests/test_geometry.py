@@ -1,0 +1,46 @@
+"""Polylines: simplification stays within its tolerance, resampling keeps ends and length."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from hypothesis import given, strategies as st
+from hypothesis.extra import numpy as hnp
+
+from limner import geometry
+
+LINE = hnp.arrays(np.float64, st.tuples(st.integers(1, 30), st.just(2)), elements=st.floats(-100, 100))
+
+
+def distance_to_line(points, line):
+    if len(line) == 1:
+        return np.hypot(*(points - line[0]).T)
+    return np.min([geometry.distance_to_segments(points, a, b) for a, b in itertools.pairwise(line)], axis=0)
+
+
+@given(LINE, st.floats(0, 20))
+def test_simplify_stays_within_its_tolerance(line, tolerance):
+    simple = geometry.simplify(line, tolerance)
+    assert (distance_to_line(line, simple) <= tolerance + 1e-9).all()
+    assert (simple[0] == line[0]).all()
+    assert (simple[-1] == line[-1]).all()
+    assert {tuple(p) for p in simple} <= {tuple(p) for p in line}
+
+
+@given(LINE, st.floats(0.5, 20))
+def test_resample_keeps_ends_and_places_points_on_the_line(line, step):
+    points = geometry.resample(line, step)
+    assert np.allclose(points[0], line[0])
+    assert np.allclose(points[-1], line[-1], atol=1e-6)
+    assert np.hypot(*np.diff(points, axis=0).T).max(initial=0) <= step + 1e-9
+    assert distance_to_line(points, line).max() < 1e-6
+
+
+def test_length_and_closed():
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0.0]])
+    assert geometry.length(square) == 4
+    assert geometry.total_length([square, square[:2]]) == 5
+    assert geometry.is_closed(square)
+    assert not geometry.is_closed(square[:4])
+    assert geometry.length(square[:1]) == 0
