@@ -1,0 +1,1 @@
+"""The flexible mixture of parts (thesis 3.2.1): a photo goes in, faces with their landmarks come out."""

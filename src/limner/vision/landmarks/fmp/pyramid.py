@@ -1,0 +1,134 @@
+"""A picture goes in, HOG maps of it at falling scales come out, only those that somebody will search."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import DTypeLike
+
+from limner.vision.landmarks.fmp.hog import CHANNELS, Array, half_down, hog
+
+PAD = 4
+"""Empty cells around each map, so that parts may lie partly outside the picture."""
+
+FILTER = 5
+"""Side of a part's filter [cells]."""
+
+_DROPPED_SHARE = 1e-3
+"""Shares of a pixel below this are not counted in area averaging."""
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """One map of the pyramid.
+
+    Attributes:
+        index: counted as Zhu & Ramanan's release does: ``interval + 1`` is the picture at full size.
+        scale_px: pixels of the photo per cell.
+        features: (rows + 2 PAD, cols + 2 PAD, 32); cell (PAD, PAD) is the first of the HOG map.
+    """
+
+    index: int
+    scale_px: float
+    features: Array
+
+
+def pyramid(
+    image: Array,
+    interval: int,
+    *,
+    cell_px: int = 4,
+    dtype: DTypeLike = np.float64,
+    scale_range_px: tuple[float, float] = (0.0, math.inf),
+) -> Iterator[Level]:
+    """HOG maps from fine to coarse, one at a time, each ``2 ** (1 / interval)`` coarser than the last.
+
+    The levels are computed in the order in which they need the least work, not in that of their index: all octaves of
+    one fraction, then of the next.
+
+    Args:
+        image: (H, W, 3), values 0..255.
+        interval: levels per octave.
+        cell_px: side of a cell in each scaled picture [px].
+        dtype: float64, or float32 for speed.
+        scale_range_px: photo pixels per cell, from and to: other levels are skipped.
+    """
+    dtype = np.dtype(dtype)
+    low, high = scale_range_px
+    shrink = 2 ** (1 / interval)
+    count = level_count(image.shape[:2], interval, cell_px)
+    image = np.asarray(image, dtype)
+    for first in range(min(interval, count)):
+        wanted = [j for j in range(first, count, interval) if low <= cell_px * shrink**j <= high]
+        if not wanted:
+            continue
+        scaled = resize(image, 1 / shrink**first)
+        for j in range(first, wanted[-1] + 1, interval):
+            scaled = reduce(scaled) if j > first else scaled
+            if j in wanted:
+                yield Level(interval + 1 + j, cell_px * shrink**j, padded(hog(scaled, cell_px, dtype)))
+
+
+def level_count(size: tuple[int, ...], interval: int, cell_px: int = 4) -> int:
+    """Number of levels from the full size down to where the shorter side is as long as one filter."""
+    smallest = min(size) / (FILTER * cell_px)
+    return 1 + math.floor(math.log(smallest) / math.log(2 ** (1 / interval))) if smallest >= 1 else 0
+
+
+def padded(features: Array) -> Array:
+    """The map with ``PAD`` cells around it that are empty but for the last channel, which says that they are."""
+    rows, cols = features.shape[:2]
+    result = np.zeros((rows + 2 * PAD, cols + 2 * PAD, CHANNELS), features.dtype)
+    result[..., -1] = 1
+    result[PAD : PAD + rows, PAD : PAD + cols] = features
+    return result
+
+
+def resize(image: Array, scale: float) -> Array:
+    """A smaller picture whose pixels are the averages of the areas they cover.
+
+    Args:
+        image: (H, W, 3) float64 (exact) or float32 (by OpenCV, which weighs by the same rule).
+        scale: in (0, 1].
+    """
+    height, width = half_down(image.shape[0] * scale), half_down(image.shape[1] * scale)
+    if (height, width) == image.shape[:2]:
+        return image
+    if image.dtype == np.float32:
+        return cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
+    rows = _average(image, height)
+    return _average(rows.swapaxes(0, 1), width).swapaxes(0, 1)
+
+
+def _average(image: Array, target: int) -> Array:
+    """Area averages along the first axis."""
+    first, weights = _area_weights(image.shape[0], target)
+    result = np.zeros((target, *image.shape[1:]), image.dtype)
+    for k, weight in enumerate(weights):
+        source = np.minimum(first + k, image.shape[0] - 1)
+        result += weight[:, None, None].astype(image.dtype) * image[source]
+    return result
+
+
+def _area_weights(length: int, target: int) -> tuple[Array, Array]:
+    """First source pixel of each target pixel (target,) and the weights from there on (taps, target)."""
+    ratio = length / target
+    start = np.arange(target) * ratio
+    end = start + ratio
+    first = np.floor(start).astype(np.int64)
+    source = first + np.arange(math.ceil(ratio) + 1)[:, None]
+    share = np.minimum(source + 1, end) - np.maximum(source, start)
+    return first, np.where(share > _DROPPED_SHARE, np.minimum(share, 1), 0) / ratio
+
+
+def reduce(image: Array) -> Array:
+    """The picture at half size (a half goes down), smoothed by the five taps [1 4 6 4 1] / 16 along both axes.
+
+    The taps of target pixel i are centred on source pixel 2 i; beyond the last centre its pixel repeats.
+    """
+    height, width = half_down(image.shape[0] / 2), half_down(image.shape[1] / 2)
+    return cv2.pyrDown(image[: 2 * height - 1, : 2 * width - 1], borderType=cv2.BORDER_REPLICATE)
