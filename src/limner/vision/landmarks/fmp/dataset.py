@@ -1,0 +1,221 @@
+"""A folder of annotated face images in; samples with the person, the 68 landmarks and the yaw of each out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from limner.errors import BadInput
+from limner.storage import read_bytes, unpack_npz
+from limner.types import Floats, Value, frozen_array
+
+JAW = slice(0, 17)
+"""The iBUG landmarks of the jaw, on which a machine's face mesh disagrees with people."""
+
+NOSE_REACH = 0.45
+"""How far the nose tip stands before the outer eye corners, in outer-eye distances (adults, roughly)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sample(Value):
+    """One annotated face.
+
+    Attributes:
+        path: the image.
+        person: who it is, the same in all photos of that person: ``<folder>/<first part of the file name>``.
+        points_px: (68, 2) in iBUG-68 order, photo frame; NaN where a landmark is not known.
+        size_px: width and height of the image.
+        machine: whether a program, not a person, placed the landmarks.
+    """
+
+    path: Path
+    person: str
+    points_px: Floats
+    size_px: tuple[int, int]
+    machine: bool = False
+
+    def __post_init__(self) -> None:
+        points = np.array(self.points_px, dtype=np.float64)
+        if np.isinf(points).any():
+            raise BadInput(f"{self.path}: a landmark at infinity; expected numbers, or NaN for one that is not known")
+        frozen_array(np.nan_to_num(points), np.float64, (68, 2), f"{self.path}: landmarks")
+        points.setflags(write=False)
+        self._freeze("points_px", points)
+
+    @property
+    def known(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """(68,) which landmarks are known."""
+        return ~np.isnan(self.points_px).any(axis=1)
+
+    @property
+    def outer_eye_px(self) -> float:
+        """Distance of the outer eye corners; NaN when one is not known."""
+        return float(np.hypot(*(self.points_px[45] - self.points_px[36])))
+
+    @property
+    def yaw_deg(self) -> float:
+        """Turn of the head read off the nose tip between the eyes (rough); positive = nose to image right; 0 if unknown."""
+        left, right, tip = self.points_px[[36, 45, 30]]
+        axis = (right - left) / self.outer_eye_px
+        aside = float((tip - (left + right) / 2) @ axis) / self.outer_eye_px
+        return float(np.nan_to_num(np.degrees(np.arctan(aside / NOSE_REACH))))
+
+    @property
+    def box_px(self) -> Floats:
+        """(4,) x0, y0, x1, y1 around the known landmarks."""
+        points = self.points_px[self.known]
+        return np.concatenate([points.min(axis=0), points.max(axis=0)])
+
+
+def read_folder(folder: str | Path, *, labels: str = "", skip: bool = False) -> tuple[list[Sample], list[str]]:
+    """Read an annotated folder: ``landmarks*.npz`` beside the folder(s) of images it names.
+
+    The npz holds ``names`` (n,), ``size_wh`` (n, 2) and ``ibug68`` (n, 68, 2) [px]. ``landmarks.npz`` and
+    ``landmarks_machine.npz`` belong to ``images/``, ``landmarks_<x>.npz`` and ``landmarks_<x>_machine.npz`` to
+    ``<x>/``. Of landmarks that a machine placed, the jaw is dropped (set to NaN).
+
+    Args:
+        folder: what to read.
+        labels: name of the npz when there are several, else the only (or the hand-made) one is read.
+        skip: leave bad entries out and name them, instead of refusing the folder.
+
+    Returns:
+        The samples, sorted by name, and one line for each entry left out.
+
+    Raises:
+        BadInput: no labels, labels of another form, or (unless ``skip``) a missing image, a wrong size, no landmark.
+    """
+    file = _labels(Path(folder), labels)
+    names, sizes, points = _arrays(file)
+    images, machine = _images(file), file.stem.endswith("_machine")
+    samples: list[Sample] = []
+    left_out: list[str] = []
+    for name, size, face in sorted(zip(names, sizes, points, strict=True), key=lambda entry: str(entry[0])):
+        try:
+            samples.append(_sample(images / str(name), size, face, machine))
+        except BadInput as error:
+            if not skip:
+                raise
+            left_out.append(str(error))
+    if not samples:
+        raise BadInput(f"{file}: no usable face in it; expected images with landmarks")
+    return samples, left_out
+
+
+def _labels(folder: Path, labels: str) -> Path:
+    found = sorted(folder.glob("landmarks*.npz"))
+    chosen = [file for file in found if file.name == (labels or "landmarks.npz")]
+    chosen = chosen or (found if len(found) == 1 and not labels else [])
+    if not chosen:
+        has = ", ".join(file.name for file in found) or "none"
+        raise BadInput(f"{folder}: expected {labels or 'landmarks.npz'} in it, found {has}; name one of these or another folder")
+    return chosen[0]
+
+
+def _images(file: Path) -> Path:
+    middle = file.stem.removeprefix("landmarks").removesuffix("_machine").strip("_")
+    return file.parent / (middle or "images")
+
+
+def _arrays(file: Path) -> tuple[Any, Any, Any]:
+    arrays = unpack_npz(read_bytes(file), str(file))
+    missing = [key for key in ("names", "size_wh", "ibug68") if key not in arrays]
+    if missing:
+        raise BadInput(f"{file}: has no {' and no '.join(missing)}; expected names, size_wh and ibug68")
+    names, sizes, points = arrays["names"], arrays["size_wh"], arrays["ibug68"]
+    n = len(np.atleast_1d(names))
+    if names.shape != (n,) or sizes.shape != (n, 2) or points.shape != (n, 68, 2):
+        raise BadInput(
+            f"{file}: expected names (n,), size_wh (n, 2), ibug68 (n, 68, 2);"
+            f" got {names.shape}, {sizes.shape}, {points.shape}"
+        )
+    if len(set(names.tolist())) != n:
+        raise BadInput(f"{file}: an image is named twice; expected one face for each image")
+    return names, sizes, points
+
+
+def _sample(path: Path, size: Any, points: Any, machine: bool) -> Sample:
+    if not path.is_file():
+        raise BadInput(f"{path}: named by the landmarks, but missing; add it or leave such images out")
+    width, height = _size(path)
+    if (width, height) != tuple(int(side) for side in size):
+        raise BadInput(f"{path}: {width} x {height} px, but its landmarks are for {size[0]} x {size[1]}")
+    points = np.array(points, dtype=np.float64)
+    if machine:
+        points[JAW] = np.nan
+    if np.isnan(points).any(axis=1).all():
+        raise BadInput(f"{path}: none of its landmarks is known")
+    if (np.nan_to_num(points) < -width).any() or (np.nan_to_num(points) > 2 * max(width, height)).any():
+        raise BadInput(f"{path}: a landmark far outside the image; are they in pixels of this image?")
+    folder = path.parent.parent.name
+    return Sample(path, f"{folder}/{path.stem.partition('_')[0]}", points, (width, height), machine)
+
+
+def _size(path: Path) -> tuple[int, int]:
+    from PIL import Image, ImageOps
+
+    try:
+        with Image.open(path) as image:
+            return ImageOps.exif_transpose(image).size if image.getexif().get(0x0112, 1) != 1 else image.size
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path}: not a readable image ({error})") from error
+
+
+def folds(samples: Sequence[Sample], count: int, seed: int = 0) -> list[frozenset[str]]:
+    """Share the persons out evenly: each of ``count`` sets of persons is held out once.
+
+    Raises:
+        BadInput: fewer persons than folds.
+    """
+    persons = sorted({sample.person for sample in samples})
+    if not 2 <= count <= len(persons):
+        raise BadInput(f"folds: {count} of {len(persons)} persons, expected 2 to {len(persons)}")
+    shuffled = np.random.default_rng(seed).permutation(len(persons))
+    return [frozenset(persons[i] for i in shuffled[k::count]) for k in range(count)]
+
+
+def with_jaw_of(samples: Sequence[Sample], others: Sequence[Sample]) -> list[Sample]:
+    """Samples whose unknown jaw is taken from another photo of the same person.
+
+    The other photo's landmarks are laid over by the similarity that best fits the brows' outer ends, eyes and nose
+    (what a smile moves least); samples without such a photo stay as they are.
+    """
+    neutral = {sample.person: sample for sample in others if sample.known.all()}
+    return [_with_jaw(sample, neutral.get(sample.person)) for sample in samples]
+
+
+STILL = np.array([17, 26, 27, 28, 29, 30, 33, *range(36, 48)])
+"""Landmarks that an expression moves least."""
+
+
+def _with_jaw(sample: Sample, other: Sample | None) -> Sample:
+    if other is None or sample.known.all():
+        return sample
+    still = STILL[sample.known[STILL]]
+    points = sample.points_px.copy()
+    unknown = ~sample.known
+    over = similarity(other.points_px[still], sample.points_px[still])
+    points[unknown] = transform(over, other.points_px[unknown])
+    return dataclasses.replace(sample, points_px=points)
+
+
+def similarity(source: Floats, target: Floats) -> Floats:
+    """The (2, 3) rotation, scale and shift that lays ``source`` (n, 2) best over ``target`` (least squares).
+
+    Umeyama 1991 (doi:10.1109/34.88573), in the plane and without reflection.
+    """
+    a, b = source - source.mean(axis=0), target - target.mean(axis=0)
+    squared = (a * a).sum()
+    cos, sin = (a * b).sum() / squared, (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / squared
+    turn = np.array([[cos, -sin], [sin, cos]])
+    return np.column_stack([turn, target.mean(axis=0) - turn @ source.mean(axis=0)])
+
+
+def transform(matrix: Floats, points: Floats) -> Floats:
+    """Points (n, 2) after a (2, 3) matrix."""
+    return points @ matrix[:, :2].T + matrix[:, 2]
