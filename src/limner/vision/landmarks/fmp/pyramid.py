@@ -122,7 +122,7 @@ def _area_weights(length: int, target: int) -> tuple[Array, Array]:
     first = np.floor(start).astype(np.int64)
     source = first + np.arange(math.ceil(ratio) + 1)[:, None]
     share = np.minimum(source + 1, end) - np.maximum(source, start)
-    return first, np.where(share > _DROPPED_SHARE, np.minimum(share, 1), 0) / ratio
+    return first, np.where(share > _DROPPED_SHARE, share, 0) * (target / length)
 
 
 def reduce(image: Array) -> Array:
@@ -130,5 +130,14 @@ def reduce(image: Array) -> Array:
 
     The taps of target pixel i are centred on source pixel 2 i; beyond the last centre its pixel repeats.
     """
-    height, width = half_down(image.shape[0] / 2), half_down(image.shape[1] / 2)
-    return cv2.pyrDown(image[: 2 * height - 1, : 2 * width - 1], borderType=cv2.BORDER_REPLICATE)
+    if image.dtype == np.float32:
+        height, width = half_down(image.shape[0] / 2), half_down(image.shape[1] / 2)
+        return cv2.pyrDown(image[: 2 * height - 1, : 2 * width - 1], borderType=cv2.BORDER_REPLICATE)
+    return _reduce(_reduce(image).swapaxes(0, 1)).swapaxes(0, 1)
+
+
+def _reduce(image: Array) -> Array:
+    target = half_down(image.shape[0] / 2)
+    source = np.clip(np.arange(-2, 2 * target + 1), 0, 2 * target - 2)
+    taps = [image[source[k : k + 2 * target : 2]] for k in range(5)]
+    return taps[0] * 0.0625 + taps[1] * 0.25 + taps[2] * 0.375 + taps[3] * 0.25 + taps[4] * 0.0625

@@ -1,0 +1,136 @@
+"""A picture and a model go in, every face the model sees in it comes out, best first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from limner.types import Floats
+from limner.vision.landmarks.fmp.hog import Array
+from limner.vision.landmarks.fmp.matching import Forest
+from limner.vision.landmarks.fmp.model import FmpModel
+from limner.vision.landmarks.fmp.pyramid import FILTER, PAD, Level, pyramid
+from limner.vision.landmarks.fmp.response import responses
+
+_GROUP_CELLS = 2_000_000
+"""Score maps held at once [cells of all parts]: trees are matched in groups of about this size."""
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """One configuration of parts.
+
+    Attributes:
+        score: of the whole, bias included.
+        component: which of the model's.
+        level: of the pyramid.
+        scale_px: pixels per cell there.
+        cells: (n, 2) x, y of each part's window in the padded map, 0-based.
+    """
+
+    score: float
+    component: int
+    level: int
+    scale_px: float
+    cells: NDArray[np.int64]
+
+    @property
+    def part_boxes(self) -> Floats:
+        """(n, 4) x0, y0, x1, y1 of each part: first and last pixel as in Zhu & Ramanan's release, but 0-based."""
+        start = (self.cells - (PAD - 1)) * self.scale_px
+        return np.concatenate([start, start + (FILTER * self.scale_px - 1)], axis=1)
+
+
+def search(
+    image: Array,
+    model: FmpModel,
+    *,
+    threshold: float | None = None,
+    interval: int | None = None,
+    dtype: DTypeLike = np.float32,
+    scale_range_px: tuple[float, float] = (0.0, math.inf),
+    overlap: float = 0.3,
+) -> list[Detection]:
+    """Find all configurations of parts above the threshold that no better one covers.
+
+    Args:
+        image: (H, W, 3), values 0..255.
+        model: what to look for.
+        threshold: least score; None for the model's own.
+        interval: levels of the pyramid per octave; None for the model's own.
+        dtype: float64, or float32 for speed.
+        scale_range_px: pixels per cell, from and to: faces come in at ``model.face_cells`` times this.
+        overlap: of two faces that share more than this of either's area the better one stays.
+
+    Returns:
+        Best first.
+    """
+    threshold = model.threshold if threshold is None else threshold
+    interval = interval or model.interval
+    levels = pyramid(image, interval, cell_px=model.cell_px, dtype=dtype, scale_range_px=scale_range_px)
+    found = [detection for level in levels for detection in search_level(level, model, threshold)]
+    return suppress(found, image.shape[:2], overlap)
+
+
+def search_level(level: Level, model: FmpModel, threshold: float) -> Iterator[Detection]:
+    """Every configuration above the threshold on one map of the pyramid, the best one for each place of the root."""
+    fits = responses(level.features, model.filters)
+    for first, forest in _groups(model, fits[0].size):
+        match = forest.match(fits[forest.filters])
+        roots = match.roots
+        for tree in range(len(forest.components)):
+            y, x = np.nonzero(roots[tree] >= threshold)
+            if not len(y):
+                continue
+            places = match.places(tree, np.stack([x, y], axis=1))
+            for score, cells in zip(roots[tree][y, x].tolist(), places, strict=True):
+                yield Detection(score, first + tree, level.index, level.scale_px, cells)
+
+
+def _groups(model: FmpModel, cells: int) -> Iterator[tuple[int, Forest]]:
+    """The components in groups whose score maps are not too large together, each with the index of its first."""
+    first, parts = 0, 0
+    for k, component in enumerate(model.components):
+        n = len(component.parents)
+        if k > first and (parts + n) * cells > _GROUP_CELLS:
+            yield first, Forest(model.components[first:k])
+            first, parts = k, 0
+        parts += n
+    yield first, Forest(model.components[first:])
+
+
+def suppress(found: list[Detection], size: tuple[int, ...], overlap: float) -> list[Detection]:
+    """Keep the best of detections that cover each other.
+
+    Args:
+        found: in any order.
+        size: height and width of the picture, which the boxes are clipped to [px].
+        overlap: share of either box's area above which the worse one is dropped.
+
+    Returns:
+        Best first; of equals the first given.
+    """
+    if not found:
+        return []
+    boxes = np.array([_around(detection, size) for detection in found])
+    area = (boxes[:, 2] - boxes[:, 0] + 1) * (boxes[:, 3] - boxes[:, 1] + 1)
+    left = np.argsort([-detection.score for detection in found], kind="stable")
+    kept = []
+    while len(left):
+        best, left = left[0], left[1:]
+        kept.append(found[best])
+        low, high = np.maximum(boxes[best, :2], boxes[left, :2]), np.minimum(boxes[best, 2:], boxes[left, 2:])
+        shared = np.clip(high - low + 1, 0, None).prod(axis=1)
+        left = left[shared <= overlap * np.minimum(area[best], area[left])]
+    return kept
+
+
+def _around(detection: Detection, size: tuple[int, ...]) -> Floats:
+    """First and last pixel, x0, y0, x1, y1, of the box around all parts, as far as it lies in the picture."""
+    boxes = detection.part_boxes
+    low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
+    return np.concatenate([np.maximum(low, 0), np.minimum(high, (size[1] - 1, size[0] - 1))])
