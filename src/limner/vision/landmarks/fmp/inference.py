@@ -30,6 +30,8 @@ class Detection:
         level: of the pyramid.
         scale_px: pixels per cell there.
         cells: (n, 2) x, y of each part's window in the padded map, 0-based.
+        points_px: (n, 2) x, y of each part's centre in the picture, pixel centres on integers; exact, where the boxes
+            share the release's nominal scale.
     """
 
     score: float
@@ -37,6 +39,7 @@ class Detection:
     level: int
     scale_px: float
     cells: NDArray[np.int64]
+    points_px: Floats
 
     @property
     def part_boxes(self) -> Floats:
@@ -88,7 +91,7 @@ def search_level(level: Level, model: FmpModel, threshold: float) -> Iterator[De
                 continue
             places = match.places(tree, np.stack([x, y], axis=1))
             for score, cells in zip(roots[tree][y, x].tolist(), places, strict=True):
-                yield Detection(score, first + tree, level.index, level.scale_px, cells)
+                yield Detection(score, first + tree, level.index, level.scale_px, cells, level.centres_px(cells))
 
 
 def _groups(model: FmpModel, cells: int) -> Iterator[tuple[int, Forest]]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import DTypeLike
+from numpy.typing import DTypeLike, NDArray
 
+from limner.types import Floats
 from limner.vision.landmarks.fmp.hog import CHANNELS, Array, half_down, hog
 
 PAD = 4
@@ -28,13 +30,22 @@ class Level:
 
     Attributes:
         index: counted as Zhu & Ramanan's release does: ``interval + 1`` is the picture at full size.
-        scale_px: pixels of the photo per cell.
+        scale_px: pixels of the picture per cell, nominal (sizes are rounded to whole pixels, so each axis has its own).
         features: (rows + 2 PAD, cols + 2 PAD, 32); cell (PAD, PAD) is the first of the HOG map.
+        cell_px: (2,) pixels of the picture per cell along x and y, exact.
+        start_px: (2,) x, y of the upper left corner of cell (0, 0) in the picture, pixel centres on integers.
     """
 
     index: int
     scale_px: float
     features: Array
+    cell_px: Floats
+    start_px: Floats
+
+    def centres_px(self, cells: NDArray[Any]) -> Floats:
+        """(..., 2) the pixels x, y at the centres of the filters whose first cells are ``cells`` (..., 2)."""
+        centres: Floats = self.start_px + (cells + FILTER / 2) * self.cell_px
+        return centres
 
 
 def pyramid(
@@ -57,20 +68,46 @@ def pyramid(
         dtype: float64, or float32 for speed.
         scale_range_px: photo pixels per cell, from and to: other levels are skipped.
     """
-    dtype = np.dtype(dtype)
     low, high = scale_range_px
     shrink = 2 ** (1 / interval)
     count = level_count(image.shape[:2], interval, cell_px)
-    image = np.asarray(image, dtype)
-    for first in range(min(interval, count)):
-        wanted = [j for j in range(first, count, interval) if low <= cell_px * shrink**j <= high]
-        if not wanted:
-            continue
-        scaled = resize(image, 1 / shrink**first)
-        for j in range(first, wanted[-1] + 1, interval):
-            scaled = reduce(scaled) if j > first else scaled
-            if j in wanted:
-                yield Level(interval + 1 + j, cell_px * shrink**j, padded(hog(scaled, cell_px, dtype)))
+    wanted = [step for step in range(count) if low <= cell_px * shrink**step <= high]
+    for scaled in scaled_pictures(np.asarray(image, dtype), interval, wanted):
+        features = padded(hog(scaled.image, cell_px, dtype))
+        start = scaled.corner_px + (1 - PAD) * cell_px * scaled.pixel_px
+        scale = cell_px * shrink**scaled.step
+        yield Level(interval + 1 + scaled.step, scale, features, cell_px * scaled.pixel_px, start)
+
+
+@dataclass(frozen=True, eq=False)
+class Scaled:
+    """A picture made smaller.
+
+    Attributes:
+        step: how often by ``2 ** (-1 / interval)``.
+        image: (h, w, 3) in the picture's dtype.
+        corner_px: (2,) x, y of its upper left corner in the picture, pixel centres on integers.
+        pixel_px: (2,) size of its pixels x, y in those of the picture.
+    """
+
+    step: int
+    image: Array
+    corner_px: Floats
+    pixel_px: Floats
+
+
+def scaled_pictures(image: Array, interval: int, steps: Collection[int]) -> Iterator[Scaled]:
+    """The picture at the scales ``2 ** (-step / interval)``: area averages for the first octave, then halvings."""
+    for first in range(interval):
+        last = max((step for step in steps if step % interval == first), default=-1)
+        for step in range(first, last + 1, interval):
+            if step == first:
+                scaled = resize(image, 2 ** (-first / interval))
+                corner, pixel = np.array([-0.5, -0.5]), np.array(image.shape[1::-1]) / scaled.shape[1::-1]
+            else:
+                scaled, corner, pixel = reduce(scaled), corner - pixel / 2, 2 * pixel
+            if step in steps:
+                yield Scaled(step, scaled, corner, pixel)
 
 
 def level_count(size: tuple[int, ...], interval: int, cell_px: int = 4) -> int:
@@ -128,7 +165,8 @@ def _area_weights(length: int, target: int) -> tuple[Array, Array]:
 def reduce(image: Array) -> Array:
     """The picture at half size (a half goes down), smoothed by the five taps [1 4 6 4 1] / 16 along both axes.
 
-    The taps of target pixel i are centred on source pixel 2 i; beyond the last centre its pixel repeats.
+    The taps of target pixel i are centred on source pixel 2 i, so that its corner lies half a source pixel before
+    that of a plain halving; beyond the last centre its pixel repeats.
     """
     if image.dtype == np.float32:
         height, width = half_down(image.shape[0] / 2), half_down(image.shape[1] / 2)
