@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from limner.vision.landmarks.fmp.inference import Detection, search
 from limner.vision.landmarks.fmp.matlab import import_matlab
 from limner.vision.landmarks.fmp.model import FmpModel, default_model, load_model
 from limner.vision.landmarks.fmp.pyramid import FILTER
+from limner.vision.landmarks.fmp.refine import refine
 
 NAME = "fmp"
 
@@ -41,6 +43,13 @@ class FmpSettings(SettingsGroup):
     interval: int = setting(5, "Sizes tried from one size to its half", low=1, high=20)
     overlap: float = setting(
         0.3, "Of two faces that share more than this of either's area the better one stays", low=0, high=1
+    )
+    refine: int = setting(
+        3,
+        "Sizes around the found one that landmarks are placed at, between the cells, and averaged;"
+        " 0 leaves them on whole cells",
+        low=0,
+        high=9,
     )
     precision: str = setting("float32", "Numbers computed with", choices=("float32", "float64"))
 
@@ -67,7 +76,7 @@ def detect(photo: Photo, settings: FmpSettings) -> tuple[Face, ...]:
             overlap=settings.overlap,
         )
         if found:
-            faces = [_face(detection, model, pixel) for detection in found]
+            faces = [_face(_refined(picture, detection, model, settings), model, pixel) for detection in found]
             return tuple(sorted(faces, key=lambda face: -_area(face)))
     return ()
 
@@ -115,6 +124,13 @@ def _scaled(photo: Photo, scale: float) -> tuple[Array, Floats]:
         for channel in range(3)
     ]
     return cv2.merge(planes), np.array(photo.size_px) / (width, height)
+
+
+def _refined(picture: Array, detection: Detection, model: FmpModel, settings: FmpSettings) -> Detection:
+    if settings.refine == 0:
+        return detection
+    points = refine(picture, detection, model, settings.refine, settings.precision)
+    return dataclasses.replace(detection, points_px=points)
 
 
 def _face(detection: Detection, model: FmpModel, pixel: Floats) -> Face:
