@@ -24,6 +24,13 @@ def is_closed(line: Floats) -> bool:
     return len(line) > 2 and bool((line[0] == line[-1]).all())
 
 
+def without_repeats(line: Floats) -> Floats:
+    """A polyline without the points that repeat the one before."""
+    new = np.ones(len(line), bool)
+    new[1:] = (np.diff(line, axis=0) != 0).any(axis=1)
+    return line[new]
+
+
 def resample(line: Floats, step: float) -> Floats:
     """Points along a polyline no farther apart than ``step``, both ends kept."""
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])

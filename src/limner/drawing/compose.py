@@ -1,0 +1,99 @@
+"""Strokes in a photo and a page go in; the drawing on that page comes out, in millimetres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from limner.errors import BadInput, CannotDraw, NothingToDraw
+from limner.settings import SettingsGroup, setting
+from limner.types import Drawing, Floats, Page, Pen, Strokes
+
+_FARTHEST_PX = 1e7
+_LEAST_CONTENT = 1 / 50
+
+
+@dataclass(frozen=True)
+class ComposeSettings(SettingsGroup):
+    """How the strokes are placed on the page."""
+
+    fit: str = setting(
+        "content",
+        "what fills the page within its margins: the strokes or the whole photo",
+        choices=("content", "photo"),
+    )
+    max_width_mm: float | None = setting(
+        None,
+        "the drawing is made no wider than this; not set: as wide as the margins allow",
+        unit="mm",
+        low=1,
+        high=10_000,
+    )
+
+
+def compose(strokes: Strokes, page: Page, settings: ComposeSettings, pen: Pen | None = None) -> Drawing:
+    """Place the strokes of a photo on a page, centred within its margins, as large as they allow.
+
+    The only place where pixels become millimetres and y turns upward. The ink, pen width included, stays off the
+    margins.
+
+    Args:
+        strokes: polylines [px], photo frame.
+        page: paper size and margins [mm].
+        settings: what is fitted to the page.
+        pen: what draws; a 0.5 mm line if not given.
+
+    Returns:
+        Drawing in the page frame [mm], origin at the lower left, with the strokes in the order given.
+
+    Raises:
+        NothingToDraw: there is no stroke.
+        CannotDraw: margins and pen width leave nothing of the page.
+        BadInput: a point is absurdly far away.
+    """
+    if not strokes.lines_px:
+        raise NothingToDraw("no stroke is left to draw; use a clearer photo, or a style and settings that keep more")
+    pen = pen or Pen()
+    affine = page_from_photo(strokes, page, settings, pen)
+    up = np.array([[affine[0, 0], 0, affine[0, 2]], [0, -affine[1, 1], page.height_mm - affine[1, 2]]])
+    lines = [line @ up[:, :2].T + up[:, 2] for line in strokes.lines_px]
+    return Drawing(tuple(lines), strokes.region, strokes.weight, page, pen)
+
+
+def page_from_photo(strokes: Strokes, page: Page, settings: ComposeSettings, pen: Pen | None = None) -> Floats:
+    """The map from photo pixels to millimetres on the page as they stand in its SVG: origin upper left, y down.
+
+    Args, Raises: as ``compose``, which uses it.
+
+    Returns:
+        (2, 3) affine map; the same scale in x and y, no turn.
+    """
+    low, high = _content(strokes) if settings.fit == "content" and strokes.lines_px else _frame(strokes)
+    inset = page.margin_mm + (pen or Pen()).width_mm / 2
+    room = np.array([page.width_mm, page.height_mm]) - 2 * inset
+    if room.min() <= 0:
+        raise CannotDraw(
+            f"page: {page.width_mm:g} x {page.height_mm:g} mm less margins of {page.margin_mm:g} mm and the pen's width"
+            " leaves no room; choose a larger page or smaller margins"
+        )
+    room[0] = min(room[0], settings.max_width_mm or np.inf)
+    scale = float((room / (high - low)).min())
+    offset = np.array([page.width_mm, page.height_mm]) / 2 - scale * (low + high) / 2
+    return np.array([[scale, 0, offset[0]], [0, scale, offset[1]]])
+
+
+def _frame(strokes: Strokes) -> tuple[Floats, Floats]:
+    """Corners of the photo; its pixels' centres are on whole numbers."""
+    return np.array([-0.5, -0.5]), np.maximum(strokes.size_px, 1) - 0.5
+
+
+def _content(strokes: Strokes) -> tuple[Floats, Floats]:
+    """Corners of the strokes' bounding box, grown where it is so small that fitting it would magnify a speck."""
+    points = np.concatenate(strokes.lines_px)
+    low, high = points.min(axis=0), points.max(axis=0)
+    if max(-low.min(), high.max()) > _FARTHEST_PX:
+        raise BadInput(f"strokes: a point is more than {_FARTHEST_PX:g} px away from the photo's corner")
+    least = max(*strokes.size_px, 1) * _LEAST_CONTENT
+    grow = np.maximum(least - (high - low), 0) / 2
+    return low - grow, high + grow
