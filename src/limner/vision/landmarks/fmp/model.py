@@ -71,6 +71,8 @@ class Component(Value):
         self._check()
 
     def _check(self) -> None:
+        if abs(self.yaw_deg) > 180 or abs(self.bias) > _LARGEST:
+            raise BadInput(f"Component: yaw {self.yaw_deg:g}, bias {self.bias:g}; expected up to 180, {_LARGEST:g}")
         children = np.arange(1, len(self.parents))
         if self.parents[0] != -1 or not ((self.parents[1:] >= 0) & (self.parents[1:] < children)).all():
             raise BadInput("Component.parents: expected -1 first, then for each part one that stands before it")
@@ -121,6 +123,8 @@ class FmpModel(Value):
         self._freeze("filters", frozen_array(self.filters, dtype, shape, "FmpModel.filters"))
         self._freeze("components", tuple(self.components))
         self._freeze("threshold", float(frozen_array(self.threshold, np.float64, (), "FmpModel.threshold")))
+        if abs(self.threshold) > _LARGEST:
+            raise BadInput(f"FmpModel.threshold: {self.threshold:g}, expected -{_LARGEST:g} to {_LARGEST:g}")
         if not 1 <= len(self.filters) <= _MOST_FILTERS or np.abs(self.filters).max() > _LARGEST:
             raise BadInput(f"FmpModel.filters: expected 1 to {_MOST_FILTERS} with values up to {_LARGEST:g}")
         if not 1 <= len(self.components) <= _MOST_COMPONENTS:

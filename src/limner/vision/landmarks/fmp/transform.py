@@ -31,27 +31,30 @@ def spread(scores: Array, stiffness: Array, shift: Array) -> tuple[list[Array], 
     a, k = stiffness.astype(scores.dtype)[:, :, None, None], shift
     top, bottom = max(0, -k[:, 1].min()), max(0, k[:, 1].max())
     left, right = max(0, -k[:, 0].min()), max(0, k[:, 0].max())
-    reach_y = _reach(np.diff(scores, axis=1), a[:, 1])
     tall = np.full((count, top + rows + bottom + 1, cols), -np.inf, scores.dtype)
     tall[:, top : top + rows] = scores
-    _grow(tall, 1, a[:, 1], max(min(reach_y, rows + top + bottom), top, bottom))
+    reach_y = _reach(scores[:, 1:], scores[:, :-1], a[:, 1], top + rows + bottom)
+    _grow(tall, 1, a[:, 1], max(reach_y, top, bottom))
 
     wide = np.full((count, rows, left + cols + right + 1), -np.inf, scores.dtype)
     for target, source, start in zip(wide, tall, top + k[:, 1], strict=True):
         target[:, left : left + cols] = source[start : start + rows]
-    reach_x = _reach(np.diff(wide[:, :, left : left + cols], axis=2), a[:, 0])
-    _grow(wide, 2, a[:, 0], max(min(reach_x, cols + left + right), left, right))
+    inner = wide[:, :, left : left + cols]
+    reach_x = _reach(inner[:, :, 1:], inner[:, :, :-1], a[:, 0], left + cols + right)
+    _grow(wide, 2, a[:, 0], max(reach_x, left, right))
     maps = [source[:, start : start + cols] for source, start in zip(wide, left + k[:, 0], strict=True)]
-    return maps, np.array([min(reach_x, cols), min(reach_y, rows)])
+    return maps, np.array([reach_x, reach_y])
 
 
-def _reach(difference: Array, a: Array) -> int:
-    """The last step e with a (2 e - 1) below the largest difference of neighbours."""
-    if not difference.size:
+def _reach(cells: Array, neighbours: Array, a: Array, most: int) -> int:
+    """The last step e with ``a (2 e - 1)`` below the largest difference of neighbours, at most ``most``."""
+    if not cells.size:
         return 0
-    slope = np.abs(difference, out=difference).reshape(len(a), -1).max(axis=1)
-    ratio = float((slope / a.ravel()).max())
-    return max(0, math.ceil((ratio + 1) / 2) - 1) if math.isfinite(ratio) else 2**31
+    with np.errstate(invalid="ignore"):  # two forbidden cells differ by inf - inf
+        difference = np.abs(cells - neighbours)
+    slope = np.fmax.reduce(difference.reshape(len(a), -1), axis=1)
+    steps = float(np.fmax.reduce(slope / a.ravel(), initial=0)) / 2 + 0.5
+    return most if steps > most else max(0, math.ceil(steps) - 1)
 
 
 def _grow(maps: Array, axis: int, a: Array, steps: int) -> None:
