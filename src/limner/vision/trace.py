@@ -1,0 +1,105 @@
+"""A skeleton goes in; ordered lines through its pixels come out, smooth and with few points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limner import geometry
+from limner.settings import SettingsGroup, setting
+from limner.types import Floats
+from limner.vision.chains import join_gaps
+from limner.vision.graph import branches_of, prune_spurs, through_nodes
+
+
+@dataclass(frozen=True)
+class TraceSettings(SettingsGroup):
+    """How a skeleton becomes lines; pixels are those of the working scale."""
+
+    spur_px: float = setting(
+        8.0, "side branches shorter than this are dropped; 0 keeps all", unit="px", low=0, high=100
+    )
+    bend_deg: float = setting(
+        60.0, "largest bend over which a line goes on through a junction", unit="deg", low=0, high=180
+    )
+    gap_px: float = setting(6.0, "ends nearer than this that face each other are joined", unit="px", low=0, high=50)
+    gap_bend_deg: float = setting(35.0, "largest bend at either side of such a gap", unit="deg", low=0, high=90)
+    shortest_px: float = setting(10.0, "lines shorter than this are dropped", unit="px", low=0, high=500)
+    smooth_px: float = setting(
+        1.5, "smoothing of the pixel staircase, standard deviation along the line", unit="px", low=0, high=20
+    )
+    step_px: float = setting(
+        2.0, "points nearer than this to the one before are skipped (thesis 4.3.1)", unit="px", low=0, high=50
+    )
+    tolerance_px: float = setting(
+        0.4, "how far a line may move when points on nearly straight parts are dropped", unit="px", low=0, high=10
+    )
+
+
+def trace(skeleton: NDArray[np.bool_], settings: TraceSettings) -> list[Floats]:
+    """Ordered lines along a skeleton.
+
+    Args:
+        skeleton: (H, W) bool, one pixel wide.
+        settings: lengths in pixels of the skeleton.
+
+    Returns:
+        Polylines (n, 2) x, y; closed when first = last.
+    """
+    branches = prune_spurs(branches_of(skeleton), settings.spur_px)
+    paths = [branch.path for branch in through_nodes(branches, settings.bend_deg)]
+    paths = join_gaps(paths, settings.gap_px, np.deg2rad(settings.gap_bend_deg))
+    paths = [path for path in paths if geometry.length(path) >= settings.shortest_px]
+    return [_few_points(smooth(path, settings.smooth_px), settings) for path in paths]
+
+
+def _few_points(line: Floats, settings: TraceSettings) -> Floats:
+    return geometry.simplify(skip_near(line, settings.step_px), settings.tolerance_px)
+
+
+def smooth(line: Floats, sigma: float) -> Floats:
+    """A line without the stairs of the pixel grid: its points averaged with a Gaussian along it.
+
+    The ends of an open line stay where they are; a closed line stays closed.
+
+    Args:
+        line: (n, 2) about evenly spaced.
+        sigma: standard deviation along the line, in its unit; 0 leaves it as it is.
+    """
+    if sigma == 0 or len(line) < 3:
+        return line.copy()
+    closed = geometry.is_closed(line)
+    points = line[:-1] if closed else line
+    spacing = geometry.length(line) / (len(line) - 1)
+    reach = max(1, int(np.ceil(3 * sigma / spacing)))
+    padded = _beyond(points, min(reach, len(points) - 1), closed)
+    reach = (len(padded) - len(points)) // 2
+    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) * spacing / sigma) ** 2)
+    kernel /= kernel.sum()
+    x, y = (np.convolve(padded[:, axis], kernel, mode="valid") for axis in (0, 1))
+    result = np.stack([x, y], axis=1)
+    return np.concatenate([result, result[:1]]) if closed else result
+
+
+def _beyond(points: Floats, reach: int, closed: bool) -> Floats:
+    """The points with ``reach`` more at either side: around a ring, or turned about an end, which holds it in place."""
+    if closed:
+        return np.concatenate([points[-reach:], points, points[:reach]])
+    before = 2 * points[0] - points[reach:0:-1]
+    after = 2 * points[-1] - points[-2 : -reach - 2 : -1]
+    return np.concatenate([before, points, after])
+
+
+def skip_near(line: Floats, step: float) -> Floats:
+    """Skip each point that is nearer than ``step`` to the last one kept (thesis 4.3.1); both ends stay."""
+    if step == 0 or len(line) < 3:
+        return line.copy()
+    points = line.tolist()
+    kept = [0]
+    for i, (x, y) in enumerate(points[1:-1], 1):
+        x0, y0 = points[kept[-1]]
+        if (x - x0) ** 2 + (y - y0) ** 2 >= step * step:
+            kept.append(i)
+    return line[[*kept, len(line) - 1]]
