@@ -1,0 +1,52 @@
+# make demo   set up .venv, then draw the astronaut
+# make test   set up .venv, then run every test
+# make lint   the linters and the type checker
+# make bench  measure speed and memory, print a table
+# make clean  remove what was built
+
+VENV   := .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet install --constraint constraints.txt
+OUT    := build/demo
+# The newest of the usual names that is new enough.
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+
+.PHONY: demo test lint bench clean
+.DEFAULT_GOAL := demo
+
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "limner needs Python 3.11 or newer; install it, or run: make PYTHON=/path/to/python3"; exit 2; }
+	@echo "setting up $(VENV) with $$($(PYTHON) --version)"
+	@$(PYTHON) -m venv $(VENV) || { echo "Python's venv module is missing (Debian: apt-get install python3-venv)"; rm -rf $(VENV); exit 2; }
+
+$(VENV)/.demo: $(BIN)/python pyproject.toml constraints.txt
+	@echo "installing limner and scikit-image (for its picture of the astronaut)"
+	@$(PIP) --editable '.[demo]'
+	@touch $@
+
+$(VENV)/.dev: $(BIN)/python pyproject.toml constraints.txt
+	@echo "installing limner and what its tests need"
+	@$(PIP) --editable '.[dev]'
+	@touch $@ $(VENV)/.demo
+
+demo: $(VENV)/.demo
+	@mkdir -p $(OUT)
+	@echo "drawing the astronaut"
+	@$(BIN)/limner draw "$$($(BIN)/python -c 'import skimage, pathlib; print(pathlib.Path(skimage.__file__).parent / "data" / "astronaut.png")')" \
+		--out $(OUT)/astronaut.svg --out $(OUT)/astronaut.png
+
+test: $(VENV)/.dev
+	@echo "running the tests on $$(nproc 2>/dev/null || echo 2) cores (all the slow ones too: make test LIMNER_SLOW=1)"
+	@LIMNER_SLOW=$(LIMNER_SLOW) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q --numprocesses auto
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check src tests
+	$(BIN)/ruff format --check src tests
+	$(BIN)/mypy
+
+bench: $(VENV)/.dev
+	@$(BIN)/limner evaluate speed
+
+clean:
+	rm -rf build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,118 @@
+"""The command ``limner``: words from the shell in, files and one exit code out.
+
+Commands load when they are called, so that ``limner --help`` needs neither numpy nor OpenCV.
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import os
+import sys
+import traceback
+from typing import NoReturn
+
+import click
+
+from limner.errors import LimnerError
+
+COMMANDS = {
+    "draw": ("limner.cli.draw", "Draw the person in a photo as ordered pen strokes."),
+    "face": ("limner.cli.face", "Find the faces in a photo and their landmarks."),
+    "compare": ("limner.cli.compare", "Draw a photo in every style, side by side on one sheet."),
+    "train": ("limner.cli.train", "Train the models that limner ships."),
+    "evaluate": ("limner.cli.evaluate", "Measure accuracy and speed."),
+}
+"""Name -> module that holds a command of that name, and its line in ``limner --help``."""
+
+
+class LazyGroup(click.Group):
+    """A group whose commands are imported when one is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names, in the order of ``COMMANDS``."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command of that name, imported now."""
+        if cmd_name not in COMMANDS:
+            return None
+        command = getattr(importlib.import_module(COMMANDS[cmd_name][0]), cmd_name)
+        assert isinstance(command, click.Command)
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """As click does, with the nearest names for one that does not exist."""
+        if args and not args[0].startswith("-") and args[0] not in COMMANDS:
+            close = difflib.get_close_matches(args[0], COMMANDS, n=1)
+            hint = f"did you mean '{close[0]}'?" if close else f"choose from {', '.join(COMMANDS)}"
+            raise click.UsageError(f"no command '{args[0]}'; {hint}", ctx)
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The table of commands, from ``COMMANDS`` alone."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
+
+
+_HELP = """From a photo of a face to a portrait in pen strokes.
+
+\b
+  limner draw me.jpg                      writes me.svg
+  limner draw me.jpg -n 600 -o me.png     with at most 600 points
+  limner compare me.jpg                   every style on one sheet
+"""
+
+
+@click.group(
+    cls=LazyGroup, help=_HELP, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100}
+)
+@click.version_option(package_name="limner", message="limner %(version)s")
+@click.option("--debug", is_flag=True, help="Show the traceback of an error.")
+def limner(debug: bool) -> None:
+    """The command ``limner``."""
+
+
+def main() -> NoReturn:
+    """Run the command line and exit: 0 done, 2 bad input, 3 no face, 4 cannot be drawn, 130 interrupted."""
+    debug = "--debug" in sys.argv
+    # --debug may stand anywhere, since one adds it to a line that has just failed.
+    arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
+    try:
+        code = limner.main(arguments, prog_name="limner", standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.Abort:
+        code = _say("interrupted", 130)
+    except KeyboardInterrupt:
+        code = _say("interrupted", 130)
+    except click.ClickException as error:
+        code = _say(_usage(error), 2)
+    except BrokenPipeError:
+        # The reader of our output (`limner face --json | head`) has gone: nothing is left to say.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    except LimnerError as error:
+        code = _say(str(error), error.exit_code, debug)
+    except MemoryError:
+        code = _say("not enough memory for this; try a smaller photo or --crop", 4, debug)
+    except Exception as error:
+        code = _say(
+            f"a bug in limner: {type(error).__name__}: {error}; run it again with --debug and report it", 1, debug
+        )
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _say(message: str, code: int, debug: bool = False) -> int:
+    if debug:
+        traceback.print_exc()
+    click.echo("limner: " + " ".join(message.split()), err=True)
+    return code
+
+
+def _usage(error: click.ClickException) -> str:
+    message = error.format_message().rstrip(".")
+    if isinstance(error, click.UsageError) and error.ctx is not None:
+        return f"{message}; see: {error.ctx.command_path} --help"
+    return message

@@ -1,0 +1,76 @@
+"""``limner draw``: a photo in, an SVG of ordered strokes out."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from limner import pipeline
+from limner.cli import options
+
+
+@click.command(short_help="Draw the person in a photo as ordered pen strokes.")
+@options.photo_options
+@click.option(
+    "--out",
+    "-o",
+    multiple=True,
+    metavar="FILE",
+    help="Where to: .svg, .png, .json, .npz, - for SVG on stdout; may be repeated. Default: the photo's name as .svg.",
+)
+@options.settings_options
+@options.json_option
+@click.pass_context
+def draw(
+    ctx: click.Context,
+    photo: str,
+    crop: tuple[int, int, int, int] | None,
+    number: int | None,
+    out: tuple[str, ...],
+    save_settings: Path | None,
+    as_json: bool,
+) -> None:
+    """Draw the person in PHOTO as ordered pen strokes.
+
+    PHOTO is a JPEG, PNG, WebP or HEIC file, or - for standard input.
+    """
+    settings = options.chosen_settings(ctx, save_settings)
+    outs = out or (default_out(photo),)
+    for path in outs:
+        if path != "-":
+            pipeline.check_format(path)
+    portrait = pipeline.draw(photo, settings, crop=crop, number=number or 1)
+    for path in outs:
+        write(portrait, path)
+    report = portrait.report() | {"out": [path for path in outs if path != "-"]}
+    if as_json:
+        click.echo(json.dumps(report))
+    else:
+        click.echo(summary(report), err=True)
+
+
+def default_out(photo: str) -> str:
+    """The photo's name with .svg, in the folder one is in."""
+    return f"{Path(photo).stem if photo != '-' else 'portrait'}.svg"
+
+
+def write(portrait: pipeline.Portrait, path: str) -> None:
+    """Write a portrait to a file, or as SVG to stdout."""
+    if path == "-":
+        click.echo(portrait.svg(), nl=False)
+    else:
+        portrait.save(path)
+
+
+def summary(report: dict[str, Any]) -> str:
+    """What was drawn, in a few lines."""
+    others = f"; {report['faces'] - 1} more in the photo, choose with --face" if report["faces"] > 1 else ""
+    lines = [
+        f"{report['style']}: {report['strokes']} strokes, {report['points']} points, "
+        f"{report['ink_mm'] / 1000:.2f} m of ink, {report['travel_mm'] / 1000:.2f} m between strokes, "
+        f"{report['seconds']['total']:.1f} s{others}"
+    ]
+    return "\n".join(lines + report["out"])

@@ -1,0 +1,59 @@
+"""``limner evaluate``: measurements that anyone can run, as tables or JSON."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+from limner.cli import options
+from limner.errors import BadInput
+from limner.evaluate.speed import Row, measure_speed
+from limner.vision.photo import load_photo
+
+
+@click.group(short_help="Measure accuracy and speed.")
+def evaluate() -> None:
+    """Measure accuracy and speed."""
+
+
+@evaluate.command()
+@click.argument("photo", metavar="[PHOTO]", required=False)
+@click.option("--runs", type=click.IntRange(1), default=5, metavar="N", help="Runs of each figure. Default: 5.")
+@options.json_option
+def speed(photo: str | None, runs: int, as_json: bool) -> None:
+    """Time every stage on PHOTO, by default the astronaut of scikit-image, and measure the memory of `limner draw`."""
+    rows = list(measure_speed(load_photo(photo or astronaut()), runs))
+    if as_json:
+        click.echo(json.dumps({"speed": [dataclasses.asdict(row) for row in rows]}))
+    else:
+        Console(highlight=False).print(speed_table(rows))
+
+
+def speed_table(rows: list[Row]) -> Table:
+    """Figures beside what was promised."""
+    table = Table("", "median", "at most", "", title="limner: speed and memory", title_justify="left")
+    table.columns[1].justify = table.columns[2].justify = "right"
+    for row in rows:
+        goal = "" if row.goal is None else f"{row.goal:.0f} {row.unit}"
+        verdict = "" if row.goal is None else "yes" if row.reached else "[bold]no[/bold]"
+        table.add_row(row.name, f"{row.value:.0f} {row.unit}", goal, verdict)
+    return table
+
+
+def astronaut() -> Path:
+    """The portrait of Eileen Collins that scikit-image ships (NASA, public domain).
+
+    Raises:
+        BadInput: scikit-image is not installed.
+    """
+    import importlib.util
+
+    found = importlib.util.find_spec("skimage")
+    if found is None or found.origin is None:
+        raise BadInput("no photo: name one, or run: pip install 'limner[demo]' for the astronaut of scikit-image")
+    return Path(found.origin).parent / "data" / "astronaut.png"

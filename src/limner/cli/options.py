@@ -1,0 +1,167 @@
+"""Options that several commands share; flags take default, unit, limits and help from the settings they set."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from limner import storage, units
+from limner.errors import BadInput
+from limner.pipeline import Settings
+from limner.settings import About, read_toml, write_toml
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+ABOUT = {path: (about, default) for path, about, default in Settings.walk()}
+"""Every setting: what it means and its default."""
+
+_ASSIGNED = "limner.assigned"
+_FILE = "limner.settings"
+
+
+class Crop(click.ParamType["tuple[int, int, int, int]"]):
+    """A rectangle ``x,y,w,h`` in photo pixels."""
+
+    name = "x,y,w,h"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Text to four whole numbers."""
+        try:
+            x, y, width, height = (int(part) for part in str(value).split(","))
+        except ValueError:
+            self.fail(f"'{value}' is not x,y,w,h: four whole numbers of pixels, such as 120,40,400,500", param, ctx)
+        return x, y, width, height
+
+
+def flag(path: str, *names: str, parse: Callable[[str], Any] = str, metavar: str | None = None) -> Any:
+    """An option that assigns its value, after ``parse``, to the setting at ``path``."""
+    about, default = ABOUT[path]
+
+    def assign(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+        if value is not None:
+            ctx.meta.setdefault(_ASSIGNED, []).append((path, str(parse(value))))
+
+    return click.option(
+        *names,
+        expose_value=False,
+        callback=assign,
+        metavar=metavar or names[-1].strip("-").upper(),
+        help=_help(about, default),
+    )
+
+
+def _help(about: About, default: Any) -> str:
+    unit = f" [{about.unit}]" if about.unit else ""
+    choices = f" ({', '.join(about.choices)})" if about.choices else ""
+    return f"{about.help}{unit}{choices}." + (f" Default: {default}." if default not in (None, "") else "")
+
+
+def settings_options(command: Command) -> Command:
+    """The options of every command that draws: style, budget, page, and the whole tree by file or by name."""
+    for option in reversed(
+        [
+            flag("style", "--style", "-s"),
+            flag("select.points", "--points", "-n", metavar="N"),
+            flag("page.size", "--page"),
+            flag("page.margin_mm", "--margin", parse=units.parse_length_mm, metavar="LENGTH"),
+            flag("page.pen_mm", "--pen", parse=units.parse_length_mm, metavar="LENGTH"),
+            click.option(
+                "--set",
+                "assignments",
+                multiple=True,
+                metavar="NAME=VALUE",
+                expose_value=False,
+                callback=_assign_many,
+                help="Any other setting, such as gabor.threshold=0.2; --save-settings lists them.",
+            ),
+            click.option(
+                "--settings",
+                type=click.Path(path_type=Path),
+                expose_value=False,
+                callback=_keep_file,
+                help="Read settings from a TOML file; the flags go over it.",
+            ),
+            click.option(
+                "--save-settings",
+                type=click.Path(path_type=Path),
+                help="Write every setting in force, with its help, to a TOML file.",
+            ),
+        ]
+    ):
+        command = option(command)
+    return command
+
+
+def _assign_many(ctx: click.Context, param: click.Parameter, value: tuple[str, ...]) -> None:
+    for assignment in value:
+        name, equals, text = assignment.partition("=")
+        if not equals:
+            raise click.BadParameter(f"'{assignment}' is not NAME=VALUE", ctx, param)
+        ctx.meta.setdefault(_ASSIGNED, []).append((name.strip(), text.strip()))
+
+
+def _keep_file(ctx: click.Context, param: click.Parameter, value: Path | None) -> None:
+    ctx.meta[_FILE] = value
+
+
+def chosen_settings(ctx: click.Context, save_to: Path | None = None) -> Settings:
+    """The settings that the command was given: the file, then the flags; written to ``save_to`` when asked."""
+    file = ctx.meta.get(_FILE)
+    settings = read_toml(Settings, read_text(file)) if file else Settings()
+    for path, text in ctx.meta.get(_ASSIGNED, []):
+        settings = settings.assign(path, text)
+    if save_to is not None:
+        storage.write_whole(save_to, write_toml(settings).encode())
+    return settings
+
+
+def read_text(path: Path) -> str:
+    """A text file, or one clear line."""
+    try:
+        return storage.read_bytes(path).decode()
+    except UnicodeDecodeError as error:
+        raise BadInput(f"{path}: not a text in UTF-8 ({error.reason} at byte {error.start})") from error
+
+
+def _from_file(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+    if value is not None:
+        ctx.meta.setdefault(_ASSIGNED, []).extend([("detect.detector", "file"), ("detect.file", value)])
+
+
+def photo_options(command: Command) -> Command:
+    """Which photo, which part of it, which face in it."""
+    for option in reversed(
+        [
+            click.argument("photo", metavar="PHOTO"),
+            click.option("--crop", type=Crop(), help="Look only at this part of the photo [px, from the top left]."),
+            click.option(
+                "--face",
+                "number",
+                type=click.IntRange(1),
+                default=1,
+                metavar="N",
+                help="The N-th largest face. Default: 1.",
+            ),
+            click.option(
+                "--landmarks",
+                metavar="FILE",
+                expose_value=False,
+                callback=_from_file,
+                help="Take the face from a file (JSON of `limner face`, .pts or .csv) instead of looking for it.",
+            ),
+        ]
+    ):
+        command = option(command)
+    return command
+
+
+def check_suffix(path: str | None, suffix: str) -> None:
+    """Say at once, before any work, that a file cannot be written as what it is called."""
+    if path is not None and Path(path).suffix.lower() != suffix:
+        raise BadInput(f"{path}: cannot save as '{Path(path).suffix}'; expected a name that ends in {suffix}")
+
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout and nothing else.")

@@ -1,0 +1,111 @@
+"""A photo goes in; how long each stage takes and how much memory the command needs come out."""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from limner import pipeline
+from limner.pipeline import Part, Settings
+from limner.types import Photo
+
+SMALL_PX = (640, 480)
+LARGE_PX = (4000, 3000)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure: the median of several runs, beside the most it should be (None where nothing was promised)."""
+
+    name: str
+    value: float
+    unit: str
+    goal: float | None = None
+
+    @property
+    def reached(self) -> bool:
+        """Whether the figure keeps what was promised."""
+        return self.goal is None or self.value <= self.goal
+
+
+def measure_speed(photo: Photo, runs: int = 5) -> Iterator[Row]:
+    """Time ``draw`` warm and in this process, then the command in processes of its own.
+
+    Args:
+        photo: with a face; it is cut and scaled to 640x480 and to 12 megapixels.
+        runs: of each figure, after one that is not counted.
+
+    Yields:
+        One row after the other, as they are ready.
+    """
+    small, large = framed(photo, SMALL_PX), framed(photo, LARGE_PX)
+    face = pipeline.find_faces(Part.of(small, None), Settings())[0]
+    for style, goal in (("canny", 150.0), ("gabor", 300.0)):
+        settings = Settings(style=style)
+        median = _median_ms(partial(pipeline.draw, small, settings, face=face), runs)
+        yield Row(f"draw, face given, {style}, 640x480", median, "ms", goal)
+    for name, picture in (("640x480", small), ("12 megapixels", large)):
+        part = Part.of(picture, None)
+        yield Row(f"find faces, {name}", _median_ms(partial(pipeline.find_faces, part, Settings()), runs), "ms")
+        yield Row(f"draw, {name}", _median_ms(partial(pipeline.draw, picture), runs), "ms")
+    yield Row("limner --help, a process of its own", _median_ms(lambda: _run("--help"), runs), "ms", 400.0)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "large.jpg"
+        cv2.imwrite(str(path), cv2.cvtColor(large.rgb, cv2.COLOR_RGB2BGR))
+        seconds, peak_mb = _command(path)
+    yield Row("limner draw, 12-megapixel JPEG, a process of its own", seconds * 1000, "ms")
+    yield Row("its peak memory", peak_mb, "MB", 600.0)
+
+
+def framed(photo: Photo, size_px: tuple[int, int]) -> Photo:
+    """The middle of a photo at another size, cut to its aspect."""
+    width, height = photo.size_px
+    scale = min(width / size_px[0], height / size_px[1])
+    cut_w, cut_h = round(size_px[0] * scale), round(size_px[1] * scale)
+    # The face of a portrait is in its upper half, so what is cut off is cut off below.
+    x = (width - cut_w) // 2
+    return Photo(
+        np.asarray(cv2.resize(photo.rgb[:cut_h, x : x + cut_w], size_px, interpolation=cv2.INTER_AREA), np.uint8)
+    )
+
+
+def _median_ms(work: Callable[[], object], runs: int) -> float:
+    work()
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return 1000 * statistics.median(times)
+
+
+def _run(*arguments: str) -> None:
+    subprocess.run([sys.executable, "-m", "limner", *arguments], check=True, capture_output=True)
+
+
+# Run in a process of its own, so that its children are the one command alone.
+_WATCH = """
+import resource, subprocess, sys, time
+start = time.perf_counter()
+subprocess.run([sys.executable, "-m", "limner", "draw", *sys.argv[1:]], check=True, capture_output=True)
+peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+print(time.perf_counter() - start, peak / (2**20 if sys.platform == "darwin" else 2**10))
+"""
+
+
+def _command(photo: Path) -> tuple[float, float]:
+    """Seconds and peak MB of ``limner draw``."""
+    arguments = [sys.executable, "-c", _WATCH, str(photo), "-o", str(photo.with_suffix(".svg"))]
+    done = subprocess.run(arguments, check=True, capture_output=True, text=True)
+    seconds, peak_mb = map(float, done.stdout.split())
+    return seconds, peak_mb

@@ -1,0 +1,232 @@
+"""A photo and settings go in, a portrait comes out: every stage in one readable function, every result kept."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from limner import __version__, storage, units
+from limner.drawing.clean import CleanSettings, clean
+from limner.drawing.compose import ComposeSettings, compose, page_from_photo
+from limner.drawing.measure import measure
+from limner.drawing.order import OrderSettings, order
+from limner.drawing.select import SelectSettings, select
+from limner.errors import BadInput
+from limner.settings import SettingsGroup, group, setting
+from limner.targets import image, svg
+from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
+from limner.vision.edges import EXTRACTORS
+from limner.vision.landmarks import DetectSettings, choose, detect
+from limner.vision.lines import LineSettings, draw_lines
+from limner.vision.photo import Box, Source, crop_photo, load_photo
+
+STYLES = tuple(EXTRACTORS)
+"""Named ways from photo to strokes."""
+
+FORMATS = (".svg", ".png", ".json", ".npz")
+"""What a portrait can be saved as."""
+
+
+@dataclass(frozen=True)
+class PageSettings(SettingsGroup):
+    """The sheet and the pen."""
+
+    size: str = setting("a5", "Paper: a4, a5, letter, 120x160mm, a5:landscape, ...")
+    margin_mm: float = setting(10.0, "White on each side of the sheet", unit="mm", low=0)
+    pen_mm: float = setting(0.5, "Width of the pen's line", unit="mm", low=0.01, high=50)
+
+    def page(self) -> Page:
+        """The sheet."""
+        return units.parse_page(self.size, self.margin_mm)
+
+
+@dataclass(frozen=True)
+class Settings(LineSettings):
+    """Everything that decides how a portrait looks, stage by stage."""
+
+    style: str = setting("gabor", "From photo to strokes", choices=STYLES)
+    detect: DetectSettings = group(DetectSettings)
+    page: PageSettings = group(PageSettings)
+    compose: ComposeSettings = group(ComposeSettings)
+    clean: CleanSettings = group(CleanSettings)
+    select: SelectSettings = group(SelectSettings)
+    order: OrderSettings = group(OrderSettings)
+
+
+@dataclass(frozen=True)
+class Portrait:
+    """What became of a photo, stage by stage.
+
+    Attributes:
+        photo: as loaded, upright.
+        faces: all that were found, largest first.
+        face: the one that was drawn.
+        strokes: all that were seen [px].
+        drawing: what is drawn of them, on the page [mm], in drawing order.
+        page_from_photo: (2, 3) from pixels of the photo to SVG millimetres (y down).
+        settings: in force.
+        seconds: spent in each stage.
+    """
+
+    photo: Photo
+    faces: tuple[Face, ...]
+    face: Face
+    strokes: Strokes
+    drawing: Drawing
+    page_from_photo: Floats
+    settings: Settings
+    seconds: dict[str, float]
+
+    def svg(self) -> bytes:
+        """The drawing as SVG, settings and version inside."""
+        return svg.to_svg(self.drawing, {"limner": __version__, "settings": self.settings.to_dict()})
+
+    def save(self, path: str | Path) -> None:
+        """Write the drawing as .svg or .png, or as .json or .npz of its fields.
+
+        Raises:
+            BadInput: another suffix, or the file cannot be written.
+        """
+        suffix = check_format(path)
+        if suffix == ".svg":
+            storage.write_whole(path, self.svg())
+        elif suffix == ".png":
+            storage.write_whole(path, image.to_png(self.drawing))
+        else:
+            storage.save(self.drawing, path)
+
+    def report(self) -> dict[str, Any]:
+        """What ``limner draw --json`` prints."""
+        return {
+            "faces": len(self.faces),
+            "face": storage.to_fields(self.face),
+            "style": self.settings.style,
+            **dataclasses.asdict(measure(self.drawing)),
+            "page_from_photo": self.page_from_photo.tolist(),
+            "seconds": self.seconds | {"total": sum(self.seconds.values())},
+            "settings": self.settings.to_dict(),
+        }
+
+
+def check_format(path: str | Path) -> str:
+    """The path's suffix, if a portrait can be saved as that.
+
+    Raises:
+        BadInput: it cannot.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        raise BadInput(f"{path}: cannot save as '{suffix}'; choose {', '.join(FORMATS)}")
+    return suffix
+
+
+@dataclass(frozen=True)
+class Part:
+    """The part of a photo that is looked at.
+
+    Attributes:
+        photo: that part.
+        offset_px: (2,) where its upper left pixel is in the whole photo.
+    """
+
+    photo: Photo
+    offset_px: Floats
+
+    @classmethod
+    def of(cls, photo: Photo, crop: Box | None) -> Part:
+        """The crop x, y, width, height [px] of a photo; all of it for None."""
+        if crop is None:
+            return cls(photo, np.zeros(2))
+        return cls(crop_photo(photo, crop), np.array(crop[:2], dtype=np.float64))
+
+    def from_whole(self, face: Face, sign: int = -1) -> Face:
+        """A face of the whole photo, in the part."""
+        by = sign * self.offset_px
+        return dataclasses.replace(face, points_px=face.points_px + by, box_px=face.box_px + np.tile(by, 2))
+
+    def to_whole(self, strokes: Strokes, photo: Photo) -> Strokes:
+        """Strokes of the part, in the whole photo."""
+        lines = tuple(line + self.offset_px for line in strokes.lines_px)
+        return dataclasses.replace(strokes, lines_px=lines, size_px=photo.size_px)
+
+
+def find_faces(part: Part, settings: Settings) -> tuple[Face, ...]:
+    """All faces in a part of a photo, in the frame of the whole, largest first; none is no error.
+
+    Raises:
+        BadInput: the detector's model or file cannot be used.
+    """
+    faces = detect(part.photo, settings.detect)
+    # A file holds faces of the whole photo, whatever part of it is looked at.
+    return faces if settings.detect.detector == "file" else tuple(part.from_whole(face, 1) for face in faces)
+
+
+def draw(
+    source: Source | Photo,
+    settings: Settings | None = None,
+    *,
+    crop: Box | None = None,
+    number: int = 1,
+    face: Face | None = None,
+    **changes: Any,
+) -> Portrait:
+    """Draw the person in a photo.
+
+    Args:
+        source: a photo, or anything ``load_photo`` reads.
+        settings: of every stage.
+        crop: x, y, width, height [px]: look and draw only there.
+        number: which face, 1 = the largest.
+        face: draw this one, in the photo's pixels before the crop, instead of looking for one.
+        changes: single settings by name, dots as double underscores: ``style="canny"``, ``points=600``,
+            ``gabor__orientations=4``; ``points`` and ``page`` are short for ``select.points`` and ``page.size``.
+
+    Raises:
+        BadInput: the photo cannot be read, or a setting is outside its limits.
+        NoFace: there is no such face.
+        NothingToDraw: no line was found.
+    """
+    settings = changed(settings or Settings(), changes)
+    clock = _Clock()
+    with clock("photo"):
+        photo = source if isinstance(source, Photo) else load_photo(source)
+        part = Part.of(photo, crop)
+    with clock("face"):
+        faces = (face,) if face else find_faces(part, settings)
+        chosen = choose(faces, number, part.photo, settings.detect)
+    with clock("lines"):
+        strokes = part.to_whole(draw_lines(part.photo, part.from_whole(chosen), settings.style, settings), photo)
+    with clock("drawing"):
+        page, pen = settings.page.page(), Pen(settings.page.pen_mm)
+        placed = compose(strokes, page, settings.compose, pen)
+        drawing = order(select(clean(placed, settings.clean), settings.select), settings.order)
+    affine = page_from_photo(strokes, page, settings.compose, pen)
+    return Portrait(photo, faces, chosen, strokes, drawing, affine, settings, clock.seconds)
+
+
+def changed(settings: Settings, changes: dict[str, Any]) -> Settings:
+    """Settings with some changed by name, as ``draw`` takes them."""
+    short = {"points": "select.points", "page": "page.size"}
+    for name, value in changes.items():
+        settings = settings.assign(short.get(name, name.replace("__", ".")), str(value))
+    return settings
+
+
+class _Clock:
+    """Seconds spent in each stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        start = time.perf_counter()
+        yield
+        self.seconds[stage] = time.perf_counter() - start
