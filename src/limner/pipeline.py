@@ -157,15 +157,22 @@ class Part:
         return dataclasses.replace(strokes, lines_px=lines, size_px=photo.size_px)
 
 
-def find_faces(part: Part, settings: Settings) -> tuple[Face, ...]:
-    """All faces in a part of a photo, in the frame of the whole, largest first; none is no error.
+def find_faces(photo: Photo, settings: Settings | None = None, *, crop: Box | None = None) -> tuple[Face, ...]:
+    """All faces in a photo, largest first; none is no error.
+
+    Args:
+        photo: where to look.
+        settings: those of ``detect`` are used.
+        crop: x, y, width, height [px]: look only there; the faces are in the frame of the photo all the same.
 
     Raises:
-        BadInput: the detector's model or file cannot be used.
+        BadInput: the detector's model or file cannot be used, or the crop leaves the photo.
     """
-    faces = detect(part.photo, settings.detect)
+    detection = (settings or Settings()).detect
+    part = Part.of(photo, crop)
+    faces = detect(part.photo, detection)
     # A file holds faces of the whole photo, whatever part of it is looked at.
-    return faces if settings.detect.detector == "file" else tuple(part.from_whole(face, 1) for face in faces)
+    return faces if detection.detector == "file" else tuple(part.from_whole(face, 1) for face in faces)
 
 
 def draw(
@@ -199,7 +206,7 @@ def draw(
         photo = source if isinstance(source, Photo) else load_photo(source)
         part = Part.of(photo, crop)
     with clock("face"):
-        faces = (face,) if face else find_faces(part, settings)
+        faces = (face,) if face else find_faces(photo, settings, crop=crop)
         chosen = choose(faces, number, part.photo, settings.detect)
     with clock("lines"):
         strokes = part.to_whole(draw_lines(part.photo, part.from_whole(chosen), settings.style, settings), photo)

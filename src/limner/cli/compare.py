@@ -47,7 +47,7 @@ def compare(
     options.check_suffix(out, ".png")
     picture = load_photo(photo)
     part = pipeline.Part.of(picture, crop)
-    face = choose(pipeline.find_faces(part, settings), number or 1, part.photo, settings.detect)
+    face = choose(pipeline.find_faces(picture, settings, crop=crop), number or 1, part.photo, settings.detect)
     portraits = [pipeline.draw(picture, settings.replace(style=style), crop=crop, face=face) for style in STYLES]
     storage.write_whole(out, to_png(to_sheet(tiles(part.photo, portraits, part))))
     if as_json:

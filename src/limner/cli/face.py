@@ -42,7 +42,7 @@ def face(
     options.check_suffix(overlay, ".png")
     picture = load_photo(photo)
     part = pipeline.Part.of(picture, crop)
-    faces = pipeline.find_faces(part, settings)
+    faces = pipeline.find_faces(picture, settings, crop=crop)
     chosen = choose(faces, number or 1, part.photo, settings.detect)
     shown = faces if number is None else (chosen,)
     fields = {"faces": [storage.to_fields(item) for item in shown]}

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from limner import pipeline
-from limner.pipeline import Part, Settings
+from limner.pipeline import Settings
 from limner.types import Photo
 
 SMALL_PX = (640, 480)
@@ -49,14 +49,13 @@ def measure_speed(photo: Photo, runs: int = 5) -> Iterator[Row]:
         One row after the other, as they are ready.
     """
     small, large = framed(photo, SMALL_PX), framed(photo, LARGE_PX)
-    face = pipeline.find_faces(Part.of(small, None), Settings())[0]
+    face = pipeline.find_faces(small)[0]
     for style, goal in (("canny", 150.0), ("gabor", 300.0)):
         settings = Settings(style=style)
         median = _median_ms(partial(pipeline.draw, small, settings, face=face), runs)
         yield Row(f"draw, face given, {style}, 640x480", median, "ms", goal)
     for name, picture in (("640x480", small), ("12 megapixels", large)):
-        part = Part.of(picture, None)
-        yield Row(f"find faces, {name}", _median_ms(partial(pipeline.find_faces, part, Settings()), runs), "ms")
+        yield Row(f"find faces, {name}", _median_ms(partial(pipeline.find_faces, picture), runs), "ms")
         yield Row(f"draw, {name}", _median_ms(partial(pipeline.draw, picture), runs), "ms")
     yield Row("limner --help, a process of its own", _median_ms(lambda: _run("--help"), runs), "ms", 400.0)
     with tempfile.TemporaryDirectory() as folder:
