@@ -27,8 +27,11 @@ class SelectSettings(SettingsGroup):
         low=0,
         high=0.1,
     )
+    lift_points: float = setting(
+        2.0, "when strokes are compared each costs this much more, for its pen lift", unit="points", low=0, high=1000
+    )
     shape_value: float = setting(
-        0.3, "part of a stroke's weight that its exact shape is worth against its coarsest", low=0, high=1
+        0.2, "part of a stroke's weight that its exact shape is worth against its coarsest", low=0, high=1
     )
 
 
@@ -64,7 +67,7 @@ def select(drawing: Drawing, settings: SelectSettings) -> Drawing:
     if budget is None or drawing.points <= budget or not drawing.lines_mm:
         return drawing
     versions = _versions(drawing, settings)
-    lines, weights = _fill(_steps(drawing.weight, versions), versions, drawing.weight, budget)
+    lines, weights = _fill(_steps(drawing.weight, versions, settings.lift_points), versions, drawing.weight, budget)
     chosen = sorted(lines)
     return Drawing(
         tuple(lines[i] for i in chosen),
@@ -107,14 +110,16 @@ def _versions(drawing: Drawing, settings: SelectSettings) -> list[Coarsening]:
     return [coarsenings(line, settings.coarsest * side, settings.shape_value) for line in drawing.lines_mm]
 
 
-def _steps(weight: Floats, versions: list[Coarsening]) -> list[_Step]:
-    """All steps, the most valuable per point first; those of one stroke stay in order, as its versions are convex."""
+def _steps(weight: Floats, versions: list[Coarsening], lift_points: float) -> list[_Step]:
+    """All steps, the most valuable per point first; those of one stroke stay in order."""
     steps = []
     for stroke, version in enumerate(versions):
         costs = np.diff([len(line) for line in version.lines], prepend=0)
         gains = np.diff(version.values, prepend=0.0) * weight[stroke]
-        for level, (cost, gain) in enumerate(zip(costs.tolist(), gains.tolist(), strict=True)):
-            steps.append(_Step(gain / cost, stroke, level, cost))
+        worth = gains / (costs + np.where(np.arange(len(costs)) == 0, lift_points, 0))
+        worth = np.minimum.accumulate(worth)
+        for level, cost in enumerate(costs.tolist()):
+            steps.append(_Step(float(worth[level]), stroke, level, cost))
     return sorted(steps, key=lambda step: (-step.worth, step.stroke, step.level))
 
 

@@ -1,0 +1,85 @@
+"""A drawing goes in; an SVG file with one path per stroke, in drawing order and millimetres, comes out."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Any
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from limner.errors import BadInput
+from limner.types import Drawing, Floats
+
+ABOUT_NAMESPACE = "urn:limner:1"
+"""XML namespace of the element in ``<metadata>`` that says how the drawing was made."""
+
+_FARTHEST_MM = 1e6
+_NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def to_svg(drawing: Drawing, about: Mapping[str, Any] | None = None, title: str = "Portrait in pen strokes") -> bytes:
+    """The drawing as an SVG document in UTF-8.
+
+    Lengths are millimetres with three decimals, so that a file that was read comes out again byte for byte. An
+    SVG's y goes down and the page frame's up: here and in ``read_svg`` the page is mirrored, nothing else changes.
+    Repeated points are left out; a dot is a path of no length, which the round caps of the line make visible.
+
+    Args:
+        drawing: strokes in the page frame.
+        about: how it was made (settings, versions): anything JSON can hold, kept in ``<metadata>``.
+        title: for screen readers and file managers.
+
+    Raises:
+        BadInput: a point is absurdly far off the page, or ``about`` holds what JSON cannot.
+    """
+    page = drawing.page
+    width, height = _number(page.width_mm), _number(page.height_mm)
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm"'
+        f' viewBox="0 0 {width} {height}" data-margin-mm="{_number(page.margin_mm)}" role="img">',
+        f"<title>{_text(title)}</title>",
+        f"<desc>Strokes: {len(drawing.lines_mm)}, in the order in which the pen draws them.</desc>",
+    ]
+    if about is not None:
+        lines.append(f"<metadata>{_about(about)}</metadata>")
+    lines.append(
+        f'<g fill="none" stroke="black" stroke-width="{_number(drawing.pen.width_mm)}"'
+        ' stroke-linecap="round" stroke-linejoin="round">'
+    )
+    for line, region, weight in zip(drawing.lines_mm, drawing.region, drawing.weight, strict=True):
+        lines.append(f'<path d="{_path(line, page.height_mm)}" data-region="{region}" data-weight="{weight:.6g}"/>')
+    return "\n".join([*lines, "</g>", "</svg>", ""]).encode()
+
+
+def _path(line: Floats, height_mm: float) -> str:
+    if np.abs(line).max() > _FARTHEST_MM:
+        raise BadInput(f"svg: a point is more than {_FARTHEST_MM / 1000:g} m off the page; place the drawing on it")
+    microns = np.rint(np.stack([line[:, 0], height_mm - line[:, 1]], axis=1) * 1000).astype(np.int64)
+    new = np.ones(len(line), bool)
+    new[1:] = (np.diff(microns, axis=0) != 0).any(axis=1)
+    points = [f"{x / 1000:.10g},{y / 1000:.10g}" for x, y in microns[new].tolist()]
+    if len(points) == 1:
+        points *= 2
+    if len(points) > 2 and points[0] == points[-1]:
+        return f"M {points[0]} L {' '.join(points[1:-1])} Z"
+    return f"M {points[0]} L {' '.join(points[1:])}"
+
+
+def _number(value_mm: float) -> str:
+    return f"{round(value_mm * 1000) / 1000:.10g}"
+
+
+def _text(text: str) -> str:
+    return escape(_NOT_IN_XML.sub("\ufffd", text))
+
+
+def _about(about: Mapping[str, Any]) -> str:
+    try:
+        text = json.dumps(about, allow_nan=False, sort_keys=True)
+    except (TypeError, ValueError) as error:
+        raise BadInput(f"svg: what is told about the drawing cannot be written as JSON ({error})") from error
+    return f'<limner:about xmlns:limner="{ABOUT_NAMESPACE}">{escape(text)}</limner:about>'
