@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limner.errors import BadInput
+from limner.targets.image import encode_png
 
 if TYPE_CHECKING:
     from PIL import Image, ImageDraw
@@ -69,6 +70,11 @@ def to_sheet(tiles: Sequence[Tile], columns: int | None = None, tile_px: int = 4
         sheet.paste(row, (0, top))
         top += row.height
     return np.array(sheet)
+
+
+def to_png(rgb: NDArray[np.uint8]) -> bytes:
+    """A sheet, or any (H, W, 3) uint8 RGB, as PNG file."""
+    return encode_png(rgb)
 
 
 def _row(tiles: list[tuple[Tile, Image.Image]], tile_px: int, gap: int) -> Image.Image:
