@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from limner.types import Floats
 
+Places = NDArray[np.complex128]
+
 _LONGEST_BLOCK = 3
 _GAIN = 1e-9
 
@@ -19,21 +21,21 @@ class Tour:
     """Strokes in the order in which they are drawn, between two stays at home; changed in place.
 
     Attributes:
-        begin, end: (n + 2, 2) where each stroke begins and ends; the first and last are home.
+        begin, end: (n + 2,) where each stroke begins and ends, x + i y; the first and last are home.
         stroke: (n,) which stroke stands there.
         flipped: (n,) whether it is drawn backwards.
     """
 
-    begin: Floats
-    end: Floats
+    begin: Places
+    end: Places
     stroke: NDArray[np.int64]
     flipped: NDArray[np.bool_]
 
     @classmethod
     def of(cls, lines: Sequence[Floats], home: Floats) -> Tour:
         """The strokes as they stand."""
-        begin = np.array([home, *(line[0] for line in lines), home])
-        end = np.array([home, *(line[-1] for line in lines), home])
+        begin = np.array([home, *(line[0] for line in lines), home]) @ [1, 1j]
+        end = np.array([home, *(line[-1] for line in lines), home]) @ [1, 1j]
         return cls(begin, end, np.arange(len(lines)), np.zeros(len(lines), bool))
 
     def reverse(self, i: int, j: int) -> None:
@@ -59,15 +61,10 @@ def improve(tour: Tour) -> Tour:
 def _reverse_best(tour: Tour, i: int) -> None:
     """Reverse the run of strokes from ``i`` that saves most travel, if any does."""
     begin, end = tour.begin, tour.end
-    before = end[i - 1]
-    saved = (
-        _distance(before, begin[i])
-        + _distance(end[i:-1], begin[i + 1 :])
-        - _distance(before, end[i:-1])
-        - _distance(begin[i], begin[i + 1 :])
-    )
+    before, ends, nexts = end[i - 1], end[i:-1], begin[i + 1 :]
+    saved = np.abs(ends - nexts) - np.abs(ends - before) - np.abs(nexts - begin[i])
     best = int(saved.argmax())
-    if saved[best] > _GAIN:
+    if saved[best] + abs(before - begin[i]) > _GAIN:
         tour.reverse(i, i + best)
 
 
@@ -75,13 +72,16 @@ def _move_best(tour: Tour, i: int, j: int) -> None:
     """Move the strokes i..j to the gap, and in the direction, that saves most travel, if any does."""
     begin, end = tour.begin, tour.end
     first, last = begin[i], end[j]
-    free = _distance(end[i - 1], first) + _distance(last, begin[j + 1]) - _distance(end[i - 1], begin[j + 1])
-    gap = _distance(end[:-1], begin[1:])
-    forwards = gap - _distance(end[:-1], first) - _distance(last, begin[1:])
-    backwards = gap - _distance(end[:-1], last) - _distance(first, begin[1:])
+    freed = abs(end[i - 1] - first) + abs(last - begin[j + 1]) - abs(end[i - 1] - begin[j + 1])
+    if freed <= _GAIN:
+        return
+    ends, nexts = end[:-1], begin[1:]
+    gap = np.abs(ends - nexts)
+    forwards = gap - np.abs(ends - first) - np.abs(nexts - last)
+    backwards = gap - np.abs(ends - last) - np.abs(nexts - first)
     forwards[i - 1 : j + 1] = backwards[i - 1 : j + 1] = -np.inf
     k = int(np.maximum(forwards, backwards).argmax())
-    if free + max(forwards[k], backwards[k]) <= _GAIN:
+    if freed + max(forwards[k], backwards[k]) <= _GAIN:
         return
     # A move is two or three reversals: of the block with what lies between it and the gap, then of each of them.
     low, high = (k + 1, j) if k < i else (i, k)
@@ -92,9 +92,3 @@ def _move_best(tour: Tour, i: int, j: int) -> None:
     tour.reverse(*rest)
     if forwards[k] >= backwards[k]:
         tour.reverse(*block)
-
-
-def _distance(a: Floats, b: Floats) -> Floats:
-    difference = a - b
-    distance: Floats = np.hypot(difference[..., 0], difference[..., 1])
-    return distance
