@@ -1,5 +1,6 @@
 """A picture and a small model whose right answer is known: each filter is cut out of the picture's own HOG map."""
 
+import cv2
 import numpy as np
 
 from limner.vision.landmarks.fmp.hog import hog
@@ -27,12 +28,12 @@ def on_grey(picture, top, left, height, width):
     return canvas
 
 
-def model_of(picture, cells=CELLS, parents=PARENTS, spring=(0.05, 0.0, 0.05, 0.0), **changes):
-    """A model that scores 1 for each part that looks as in the picture, with anchors where they are there."""
+def model_of(picture, cells=CELLS, parents=PARENTS, spring=(0.05, 0.0, 0.05, 0.0), gain=1.0, **changes):
+    """A model that scores ``gain`` for each part that looks as in the picture, with anchors where they are there."""
     features = padded(hog(picture))
     typical = features[PAD:-PAD, PAD:-PAD].mean(axis=(0, 1))
     windows = np.stack([features[y : y + 5, x : x + 5] - typical for x, y in cells])
-    filters = windows / (windows**2).sum(axis=(1, 2, 3), keepdims=True)
+    filters = gain * windows / (windows**2).sum(axis=(1, 2, 3), keepdims=True)
     offset = -(filters * typical).sum(axis=(1, 2, 3)).sum()
     anchors = np.array([[0, 0], *(cells[i] - cells[parents[i]] for i in range(1, len(cells)))])
     component = Component(
@@ -44,5 +45,20 @@ def model_of(picture, cells=CELLS, parents=PARENTS, spring=(0.05, 0.0, 0.05, 0.0
         anchors=anchors,
         landmarks=np.arange(len(cells)),
     )
-    settings = {"threshold": 0.8 * len(cells), "interval": 2, "name": "toy"} | changes
+    settings = {"threshold": 0.8 * gain * len(cells), "interval": 2, "name": "toy"} | changes
     return FmpModel(filters, (component,), **settings)
+
+
+def face_picture():
+    """A face of sorts, 160 x 160 px: noise in which 68 places are told apart."""
+    rng = np.random.default_rng(5)
+    coarse = rng.uniform(0, 255, (16, 16, 3)).astype(np.float32)
+    return cv2.resize(coarse, (160, 160), interpolation=cv2.INTER_CUBIC).clip(0, 255).round().astype(np.float64)
+
+
+def face_model(**changes):
+    """A model of 68 parts of ``face_picture()``."""
+    rng = np.random.default_rng(8)
+    cells = rng.permutation(np.stack(np.meshgrid(np.arange(6, 36), np.arange(6, 36)), axis=-1).reshape(-1, 2))[:68]
+    parents = [-1, *(int(rng.integers(max(0, i - 4), i)) for i in range(1, 68))]
+    return model_of(face_picture(), cells, parents, gain=0.05, **({"threshold": 1.5, "interval": 5} | changes)), cells

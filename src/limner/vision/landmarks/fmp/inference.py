@@ -120,7 +120,7 @@ def suppress(found: list[Detection], size: tuple[int, ...], overlap: float) -> l
     if not found:
         return []
     boxes = np.array([_around(detection, size) for detection in found])
-    area = (boxes[:, 2] - boxes[:, 0] + 1) * (boxes[:, 3] - boxes[:, 1] + 1)
+    area = np.clip(boxes[:, 2:] - boxes[:, :2] + 1, 0, None).prod(axis=1)
     left = np.argsort([-detection.score for detection in found], kind="stable")
     kept = []
     while len(left):
