@@ -107,7 +107,7 @@ class SettingsGroup:
         Raises:
             BadInput: no such setting, or the text is no value for it.
         """
-        return self.from_dict(_merge(self.to_dict(), _nest(path, self._parse(path, text))))
+        return self.from_dict(_merge(self.to_dict(), _nest(path, self._parse(path.split("."), text, path))))
 
     @classmethod
     def walk(cls, path: str = "") -> Iterator[tuple[str, About, Any]]:
@@ -120,23 +120,20 @@ class SettingsGroup:
                 yield from hints[field.name].walk(f"{path}{field.name}.")
 
     @classmethod
-    def _parse(cls, path: str, text: str) -> Any:
-        head, _, rest = path.partition(".")
-        hints = typing.get_type_hints(cls)
+    def _parse(cls, names: list[str], text: str, path: str) -> Any:
         fields = {field.name: field for field in dataclasses.fields(cls)}
-        if head not in fields:
-            raise BadInput(f"settings: {path} does not exist; {_choices(path, [name for name, _, _ in cls.walk()])}")
-        is_group = "about" not in fields[head].metadata
-        if is_group and rest:
-            return hints[head]._parse(rest, text)
-        if is_group or rest:
-            raise BadInput(f"settings: {path} does not exist; {_choices(path, [name for name, _, _ in cls.walk()])}")
-        if str in _kinds(hints[head]):
-            return text
-        try:
-            return tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            return text
+        hints = typing.get_type_hints(cls)
+        name, *rest = names
+        if name in fields and bool(rest) == ("about" not in fields[name].metadata):
+            if rest:
+                return hints[name]._parse(rest, text, path)
+            if str in _kinds(hints[name]):
+                return text
+            try:
+                return tomllib.loads(f"value = {text}")["value"]
+            except tomllib.TOMLDecodeError:
+                return text
+        raise BadInput(f"settings: {path} does not exist; {_choices(name, [path for path, _, _ in cls.walk()])}")
 
 
 def read_toml(tree: type[Tree], text: str) -> Tree:

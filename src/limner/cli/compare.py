@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from limner import pipeline, storage
 from limner.cli import options
-from limner.pipeline import STYLES, Portrait
+from limner.pipeline import STYLES, Portrait, Settings
 from limner.targets import image
 from limner.targets.overlay import overlay
 from limner.targets.sheet import Tile, to_png, to_sheet
@@ -26,6 +26,7 @@ TILE_PX = 960
 @click.command(short_help="Draw a photo in every style, side by side on one sheet.")
 @options.photo_options
 @click.option("--out", "-o", metavar="FILE", help="Where to, a .png. Default: the photo's name with -styles.png.")
+@options.drawing_options
 @options.settings_options
 @options.json_option
 @click.pass_context
@@ -42,8 +43,8 @@ def compare(
 
     PHOTO is a JPEG, PNG, WebP or HEIC file, or - for standard input.
     """
-    settings = options.chosen_settings(ctx, save_settings)
-    out = out or f"{Path(photo).stem if photo != '-' else 'portrait'}-styles.png"
+    settings = options.chosen_settings(ctx, Settings, save_settings)
+    out = out or f"{options.stem(photo)}-styles.png"
     options.check_suffix(out, ".png")
     picture = load_photo(photo)
     part = pipeline.Part.of(picture, crop)

@@ -10,6 +10,7 @@ import click
 
 from limner import pipeline
 from limner.cli import options
+from limner.pipeline import Settings
 
 
 @click.command(short_help="Draw the person in a photo as ordered pen strokes.")
@@ -21,6 +22,8 @@ from limner.cli import options
     metavar="FILE",
     help="Where to: .svg, .png, .json, .npz, - for SVG on stdout; may be repeated. Default: the photo's name as .svg.",
 )
+@options.flag("style", "--style", "-s", metavar="STYLE")
+@options.drawing_options
 @options.settings_options
 @options.json_option
 @click.pass_context
@@ -37,7 +40,7 @@ def draw(
 
     PHOTO is a JPEG, PNG, WebP or HEIC file, or - for standard input.
     """
-    settings = options.chosen_settings(ctx, save_settings)
+    settings = options.chosen_settings(ctx, Settings, save_settings)
     outs = out or (default_out(photo),)
     for path in outs:
         if path != "-":
@@ -54,7 +57,7 @@ def draw(
 
 def default_out(photo: str) -> str:
     """The photo's name with .svg, in the folder one is in."""
-    return f"{Path(photo).stem if photo != '-' else 'portrait'}.svg"
+    return f"{options.stem(photo)}.svg"
 
 
 def write(portrait: pipeline.Portrait, path: str) -> None:

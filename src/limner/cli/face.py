@@ -9,6 +9,7 @@ import click
 
 from limner import pipeline, storage
 from limner.cli import options
+from limner.pipeline import Settings
 from limner.targets.overlay import overlay as draw_overlay
 from limner.targets.sheet import to_png
 from limner.types import Face
@@ -37,7 +38,7 @@ def face(
 
     PHOTO is a JPEG, PNG, WebP or HEIC file, or - for standard input.
     """
-    settings = options.chosen_settings(ctx, save_settings)
+    settings = options.chosen_settings(ctx, Settings, save_settings)
     options.check_suffix(out, ".json")
     options.check_suffix(overlay, ".png")
     picture = load_photo(photo)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -11,13 +11,15 @@ import click
 from limner import storage, units
 from limner.errors import BadInput
 from limner.pipeline import Settings
-from limner.settings import About, read_toml, write_toml
+from limner.settings import About, SettingsGroup, read_toml, write_toml
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+Tree = TypeVar("Tree", bound=SettingsGroup)
 
 ABOUT = {path: (about, default) for path, about, default in Settings.walk()}
-"""Every setting: what it means and its default."""
+"""Every setting of a drawing: what it means and its default."""
 
+# Under these names a command keeps the settings that its options give, in their order, and the file they go over.
 _ASSIGNED = "limner.assigned"
 _FILE = "limner.settings"
 
@@ -36,63 +38,35 @@ class Crop(click.ParamType["tuple[int, int, int, int]"]):
         return x, y, width, height
 
 
-def flag(path: str, *names: str, parse: Callable[[str], Any] = str, metavar: str | None = None) -> Any:
+def flag(path: str, *names: str, parse: Callable[[str], Any] = str, metavar: str = "TEXT") -> Callable[[Any], Any]:
     """An option that assigns its value, after ``parse``, to the setting at ``path``."""
     about, default = ABOUT[path]
 
     def assign(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
         if value is not None:
-            ctx.meta.setdefault(_ASSIGNED, []).append((path, str(parse(value))))
+            _assign(ctx, path, str(parse(value)))
 
-    return click.option(
-        *names,
-        expose_value=False,
-        callback=assign,
-        metavar=metavar or names[-1].strip("-").upper(),
-        help=_help(about, default),
-    )
+    return click.option(*names, expose_value=False, callback=assign, metavar=metavar, help=_help(about, default))
+
+
+def _assign(ctx: click.Context, path: str, text: str) -> None:
+    ctx.meta.setdefault(_ASSIGNED, []).append((path, text))
 
 
 def _help(about: About, default: Any) -> str:
     unit = f" [{about.unit}]" if about.unit else ""
     choices = f" ({', '.join(about.choices)})" if about.choices else ""
-    return f"{about.help}{unit}{choices}." + (f" Default: {default}." if default not in (None, "") else "")
+    shown = "" if default in (None, "") else f" Default: {default}."
+    return f"{about.help[:1].upper()}{about.help[1:]}{unit}{choices}.{shown}"
 
 
-def settings_options(command: Command) -> Command:
-    """The options of every command that draws: style, budget, page, and the whole tree by file or by name."""
-    for option in reversed(
-        [
-            flag("style", "--style", "-s"),
-            flag("select.points", "--points", "-n", metavar="N"),
-            flag("page.size", "--page"),
-            flag("page.margin_mm", "--margin", parse=units.parse_length_mm, metavar="LENGTH"),
-            flag("page.pen_mm", "--pen", parse=units.parse_length_mm, metavar="LENGTH"),
-            click.option(
-                "--set",
-                "assignments",
-                multiple=True,
-                metavar="NAME=VALUE",
-                expose_value=False,
-                callback=_assign_many,
-                help="Any other setting, such as gabor.threshold=0.2; --save-settings lists them.",
-            ),
-            click.option(
-                "--settings",
-                type=click.Path(path_type=Path),
-                expose_value=False,
-                callback=_keep_file,
-                help="Read settings from a TOML file; the flags go over it.",
-            ),
-            click.option(
-                "--save-settings",
-                type=click.Path(path_type=Path),
-                help="Write every setting in force, with its help, to a TOML file.",
-            ),
-        ]
-    ):
-        command = option(command)
-    return command
+def _together(options: Sequence[Callable[[Command], Command]]) -> Callable[[Command], Command]:
+    def add(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
 
 
 def _assign_many(ctx: click.Context, param: click.Parameter, value: tuple[str, ...]) -> None:
@@ -100,17 +74,83 @@ def _assign_many(ctx: click.Context, param: click.Parameter, value: tuple[str, .
         name, equals, text = assignment.partition("=")
         if not equals:
             raise click.BadParameter(f"'{assignment}' is not NAME=VALUE", ctx, param)
-        ctx.meta.setdefault(_ASSIGNED, []).append((name.strip(), text.strip()))
+        _assign(ctx, name.strip(), text.strip())
 
 
 def _keep_file(ctx: click.Context, param: click.Parameter, value: Path | None) -> None:
     ctx.meta[_FILE] = value
 
 
-def chosen_settings(ctx: click.Context, save_to: Path | None = None) -> Settings:
-    """The settings that the command was given: the file, then the flags; written to ``save_to`` when asked."""
+def _face_from_file(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+    if value is not None:
+        _assign(ctx, "detect.detector", "file")
+        _assign(ctx, "detect.file", value)
+
+
+photo_options: Callable[[Any], Any] = _together(
+    [
+        click.argument("photo", metavar="PHOTO"),
+        click.option("--crop", type=Crop(), help="Look only at this part of the photo [px, from the top left]."),
+        click.option(
+            "--face", "number", type=click.IntRange(1), metavar="N", help="The N-th largest face. Default: 1."
+        ),
+        click.option(
+            "--landmarks",
+            metavar="FILE",
+            expose_value=False,
+            callback=_face_from_file,
+            help="Take the face from a file (JSON of `limner face`, .pts or .csv) instead of looking for it.",
+        ),
+    ]
+)
+"""Which photo, which part of it, which face in it."""
+
+drawing_options: Callable[[Any], Any] = _together(
+    [
+        flag("select.points", "--points", "-n", metavar="N"),
+        flag("page.size", "--page", metavar="SIZE"),
+        flag("page.margin_mm", "--margin", parse=units.parse_length_mm, metavar="LENGTH"),
+        flag("page.pen_mm", "--pen", parse=units.parse_length_mm, metavar="LENGTH"),
+    ]
+)
+"""The budget, the page and the pen."""
+
+settings_options: Callable[[Any], Any] = _together(
+    [
+        click.option(
+            "--set",
+            "assignments",
+            multiple=True,
+            metavar="NAME=VALUE",
+            expose_value=False,
+            callback=_assign_many,
+            help="Any other setting by its name; --save-settings lists them. May be repeated.",
+        ),
+        click.option(
+            "--settings",
+            type=click.Path(path_type=Path),
+            metavar="FILE",
+            expose_value=False,
+            callback=_keep_file,
+            help="Read settings from a TOML file; the other options go over it.",
+        ),
+        click.option(
+            "--save-settings",
+            type=click.Path(path_type=Path),
+            metavar="FILE",
+            help="Write every setting in force, with its help, to a TOML file.",
+        ),
+    ]
+)
+"""The whole tree of settings, by file or by name."""
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout and nothing else.")
+
+
+def chosen_settings(ctx: click.Context, tree: type[Tree], save_to: Path | None = None) -> Tree:
+    """The settings that the command was given: the file, then the options; written to ``save_to`` when asked."""
     file = ctx.meta.get(_FILE)
-    settings = read_toml(Settings, read_text(file)) if file else Settings()
+    settings = read_toml(tree, _read_text(file)) if file else tree()
     for path, text in ctx.meta.get(_ASSIGNED, []):
         settings = settings.assign(path, text)
     if save_to is not None:
@@ -118,44 +158,11 @@ def chosen_settings(ctx: click.Context, save_to: Path | None = None) -> Settings
     return settings
 
 
-def read_text(path: Path) -> str:
-    """A text file, or one clear line."""
+def _read_text(path: Path) -> str:
     try:
         return storage.read_bytes(path).decode()
     except UnicodeDecodeError as error:
         raise BadInput(f"{path}: not a text in UTF-8 ({error.reason} at byte {error.start})") from error
-
-
-def _from_file(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
-    if value is not None:
-        ctx.meta.setdefault(_ASSIGNED, []).extend([("detect.detector", "file"), ("detect.file", value)])
-
-
-def photo_options(command: Command) -> Command:
-    """Which photo, which part of it, which face in it."""
-    for option in reversed(
-        [
-            click.argument("photo", metavar="PHOTO"),
-            click.option("--crop", type=Crop(), help="Look only at this part of the photo [px, from the top left]."),
-            click.option(
-                "--face",
-                "number",
-                type=click.IntRange(1),
-                default=1,
-                metavar="N",
-                help="The N-th largest face. Default: 1.",
-            ),
-            click.option(
-                "--landmarks",
-                metavar="FILE",
-                expose_value=False,
-                callback=_from_file,
-                help="Take the face from a file (JSON of `limner face`, .pts or .csv) instead of looking for it.",
-            ),
-        ]
-    ):
-        command = option(command)
-    return command
 
 
 def check_suffix(path: str | None, suffix: str) -> None:
@@ -164,4 +171,6 @@ def check_suffix(path: str | None, suffix: str) -> None:
         raise BadInput(f"{path}: cannot save as '{Path(path).suffix}'; expected a name that ends in {suffix}")
 
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout and nothing else.")
+def stem(photo: str) -> str:
+    """What files made from a photo are called."""
+    return (Path(photo).stem if photo != "-" else "") or "portrait"
