@@ -64,7 +64,8 @@ def edges_to_strokes(edges: EdgeMap, face: Face, settings: LineSettings) -> Stro
     Returns:
         Strokes in the pixels of the edge map.
     """
-    lines = trace(skeletonize(trim(edges, face, settings.trim).mask), settings.trace)
+    mask = trim(edges, face, settings.trim).mask
+    lines = trace(skeletonize(mask), settings.trace, mask)
     regions, weights = regions_and_weights(lines, edges, face, settings.regions)
     order = np.argsort(-weights, kind="stable")
     height, width = edges.mask.shape

@@ -39,6 +39,7 @@ def skeletonize(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     _thin(image, steps)
     _take_corners(image, steps)
     _open_blocks(image, steps, width)
+    _take_corners(image, steps)
     return image.reshape(padded.shape)[2:-2, 2:-2].astype(bool)
 
 

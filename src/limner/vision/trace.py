@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limner import geometry
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats
 from limner.vision.chains import join_gaps
 from limner.vision.graph import branches_of, prune_spurs, through_nodes
+from limner.vision.raster import Mask
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,13 @@ class TraceSettings(SettingsGroup):
     )
 
 
-def trace(skeleton: NDArray[np.bool_], settings: TraceSettings) -> list[Floats]:
+def trace(skeleton: Mask, settings: TraceSettings, mask: Mask | None = None) -> list[Floats]:
     """Ordered lines along a skeleton.
 
     Args:
         skeleton: (H, W) bool, one pixel wide.
         settings: lengths in pixels of the skeleton.
+        mask: (H, W) what the skeleton was made of, for lines in its middle rather than on its pixels.
 
     Returns:
         Polylines (n, 2) x, y; closed when first = last.
@@ -52,7 +53,25 @@ def trace(skeleton: NDArray[np.bool_], settings: TraceSettings) -> list[Floats]:
     paths = [branch.path for branch in through_nodes(branches, settings.bend_deg)]
     paths = join_gaps(paths, settings.gap_px, np.deg2rad(settings.gap_bend_deg))
     paths = [path for path in paths if geometry.length(path) >= settings.shortest_px]
+    if mask is not None:
+        paths = [centre(path, mask) for path in paths]
     return [_few_points(smooth(path, settings.smooth_px), settings) for path in paths]
+
+
+def centre(path: Floats, mask: Mask) -> Floats:
+    """Move each pixel of a path to the middle of the mask's pixels next to it: an even width has no middle pixel.
+
+    Args:
+        path: (n, 2) whole pixels x, y of the mask.
+        mask: (H, W) bool.
+    """
+    columns, rows = path.astype(np.int64).T + 1
+    framed = np.pad(mask, 1)
+    near = np.array([[framed[rows + dy, columns + dx] for dx in (-1, 0, 1)] for dy in (-1, 0, 1)], np.float64)
+    count = np.maximum(near.sum(axis=(0, 1)), 1)
+    shift = np.stack([near[:, 2] - near[:, 0], near[2] - near[0]]).sum(axis=1) / count
+    centred: Floats = path + shift.T
+    return centred
 
 
 def _few_points(line: Floats, settings: TraceSettings) -> Floats:

@@ -1,0 +1,94 @@
+"""Portraits with landmarks for the tests of the lines, and how far the ink of two drawings agrees."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from limner import geometry
+from limner.types import Face, Photo
+
+ASTRONAUT = np.array(
+    (
+    (180, 93), (179, 112), (179, 121), (182, 142), (186, 150), (190, 157), (201, 168), (212, 176), (220, 177),
+    (229, 177), (241, 170), (254, 161), (259, 154), (264, 146), (270, 126), (271, 117), (273, 98), (184, 89),
+    (191, 88), (197, 86), (206, 87), (215, 89), (236, 89), (246, 88), (255, 88), (261, 91), (268, 93),
+    (225, 100), (224, 111), (223, 121), (223, 127), (213, 130), (217, 133), (223, 134), (229, 134), (233, 131),
+    (194, 101), (198, 98), (206, 98), (213, 104), (207, 104), (200, 104), (237, 105), (245, 100), (252, 101),
+    (256, 104), (250, 106), (243, 106), (200, 139), (209, 138), (216, 139), (223, 140), (229, 140), (236, 140),
+    (246, 142), (234, 153), (228, 155), (222, 156), (215, 155), (210, 152), (203, 140), (217, 142), (223, 142),
+    (229, 142), (243, 143), (228, 150), (222, 150), (217, 149),
+    ),
+    float,
+)  # fmt: skip
+"""Landmarks of the astronaut that scikit-image ships, to whole pixels."""
+
+MIRROR = [
+    *range(16, -1, -1),
+    *range(26, 16, -1),
+    *(27, 28, 29, 30, 35, 34, 33, 32, 31),
+    *(45, 44, 43, 42, 47, 46, 39, 38, 37, 36, 41, 40),
+    *(54, 53, 52, 51, 50, 49, 48, 59, 58, 57, 56, 55),
+    *(64, 63, 62, 61, 60, 67, 66, 65),
+]
+"""Where each landmark of a mirrored face comes from."""
+
+
+def face_of(points_px):
+    """A face with these landmarks and the box around them."""
+    points_px = np.asarray(points_px, float)
+    return Face(points_px, [*points_px.min(axis=0), *(points_px.max(axis=0) + 1)])
+
+
+def astronaut():
+    """The photo of Eileen Collins, and her face in it."""
+    from skimage.data import astronaut as load
+
+    return Photo(load()), face_of(ASTRONAUT)
+
+
+def plain_face(outer_eye_px=128.0, centre=(280.0, 290.0)):
+    """The astronaut's landmarks, set upright, at a given size and place: for photos drawn by a test."""
+    left, right = ASTRONAUT[36], ASTRONAUT[45]
+    along = (right - left) / ((right - left) @ (right - left))
+    down = np.array([-along[1], along[0]])
+    upright = (ASTRONAUT - (left + right) / 2) @ np.stack([along, down], axis=1)
+    return face_of(upright * outer_eye_px + centre)
+
+
+def london(shared, name):
+    """A portrait of the London set, landmarks by hand."""
+    marks = np.load(shared / "data/london/landmarks.npz")
+    rgb = cv2.imread(str(shared / "data/london/images" / name))[:, :, ::-1]
+    return Photo(rgb), face_of(marks["ibug68"][marks["names"].tolist().index(name)])
+
+
+def resized(photo, face, factor):
+    """Photo and face at another size, and the factors (x, y) that came out."""
+    width, height = photo.size_px
+    size = round(width * factor), round(height * factor)
+    rgb = cv2.resize(photo.rgb, size, interpolation=cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC)
+    factors = np.array(size) / photo.size_px
+    return Photo(rgb), face_of((face.points_px + 0.5) * factors - 0.5), factors
+
+
+def mirrored(photo, face):
+    """Photo and face seen in a mirror."""
+    return Photo(photo.rgb[:, ::-1]), face_of(mirrored_points(face.points_px, photo)[MIRROR])
+
+
+def mirrored_points(points_px, photo):
+    """Points where the mirror shows them."""
+    return np.array([photo.size_px[0] - 1, 0]) + np.array([-1, 1]) * points_px
+
+
+def ink(lines, step=0.5):
+    """Points close together along all lines."""
+    return np.concatenate([geometry.resample(line, step) for line in lines])
+
+
+def agreement(one, other, within):
+    """The smaller share of the points of either that has a point of the other this near."""
+    from scipy.spatial import KDTree
+
+    return min(np.mean(KDTree(b).query(a)[0] <= within) for a, b in ((one, other), (other, one)))
