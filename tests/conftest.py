@@ -6,10 +6,15 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 SHARED = Path(__file__).parents[2] / "shared"
 SLOW_SAMPLE = 3
 """Every how many-th slow test runs when LIMNER_SLOW is not set."""
+
+# A busy machine is no failure.
+settings.register_profile("limner", deadline=None)
+settings.load_profile("limner")
 
 
 @pytest.fixture(scope="session")
