@@ -19,7 +19,7 @@ from limner.types import Floats
 from limner.vision.chains import join, outward, runs_of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Branch:
     """A walk over the skeleton.
 

@@ -26,7 +26,7 @@ FOREHEAD = 0.45
 """How far above the brows the face goes on before hair is more likely [outer-eye distances]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frame:
     """The face set upright: origin between the eyes, x along them to image right, y down, one outer-eye distance long.
 
@@ -49,7 +49,7 @@ class Frame:
         return outside
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ellipse:
     """An upright ellipse in the frame of a face [outer-eye distances].
 

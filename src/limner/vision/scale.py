@@ -33,7 +33,7 @@ class ScaleSettings(SettingsGroup):
     below: float = setting(2.6, "seen below the eyes", unit="outer-eye distances", low=0.6, high=6)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Working:
     """The surroundings of the head at the working scale.
 

@@ -51,7 +51,7 @@ REACH, NOSE_REACH = 0.06, 0.12
 """How far from the landmarks a feature is looked for, standard deviation in outer-eye distances: landmarks err."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Attention:
     """Where and how to look.
 

@@ -36,7 +36,7 @@ LEAST_JUMP = 0.05
 """Jump of lightness (of black to white) below which there is no iris to be seen, as in a closed eye."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Disc:
     """A circle in a photo [px]: centre (2,) and radius."""
 

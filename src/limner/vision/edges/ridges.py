@@ -15,7 +15,7 @@ from limner.types import Photo
 from limner.vision.raster import Image, Mask, filtered, pieces
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ridges:
     """What the bank saw.
 
