@@ -6,21 +6,19 @@ import json
 from pathlib import Path
 
 import click
-import numpy as np
-from numpy.typing import NDArray
 
 from limner import pipeline, storage
 from limner.cli import options
 from limner.pipeline import STYLES, Portrait, Settings
-from limner.targets import image
+from limner.targets.framing import frame_face, frame_photo
+from limner.targets.image import to_rgb
 from limner.targets.overlay import overlay
 from limner.targets.sheet import Tile, to_png, to_sheet
-from limner.types import Face, Photo
 from limner.vision.landmarks import choose
 from limner.vision.photo import load_photo
 
-TILE_PX = 960
-"""Width of the close-up; a sheet shows it half as wide."""
+PX_PER_MM = 6.0
+"""Resolution of the tiles; a sheet shows an A5 page about half as large."""
 
 
 @click.command(short_help="Draw a photo in every style, side by side on one sheet.")
@@ -50,7 +48,7 @@ def compare(
     part = pipeline.Part.of(picture, crop)
     face = choose(pipeline.find_faces(picture, settings, crop=crop), number or 1, part.photo, settings.detect)
     portraits = [pipeline.draw(picture, settings.replace(style=style), crop=crop, face=face) for style in STYLES]
-    storage.write_whole(out, to_png(to_sheet(tiles(part.photo, portraits, part))))
+    storage.write_whole(out, to_png(to_sheet(tiles(portraits))))
     if as_json:
         click.echo(json.dumps({"out": [out], "styles": [portrait.report() for portrait in portraits]}))
     else:
@@ -59,22 +57,17 @@ def compare(
         click.echo(out, err=True)
 
 
-def tiles(photo: Photo, portraits: list[Portrait], part: pipeline.Part) -> list[Tile]:
-    """The photo, its landmarks, and each portrait with what it costs."""
-    width, height = photo.size_px
-    face = part.from_whole(portraits[0].face)
-    landmarks = Tile(close_up(photo, face), "landmarks", f"{face.detector}, score {face.score:.2f}")
-    drawn = [Tile(np.asarray(image.to_rgb(p.drawing)), p.settings.style, counts(p)) for p in portraits]
-    return [Tile(photo.rgb, "photo", f"{width} x {height} px"), landmarks, *drawn]
-
-
-def close_up(photo: Photo, face: Face) -> NDArray[np.uint8]:
-    """The face with its landmarks, enlarged to the width of a tile."""
-    x0, y0, x1, y1 = face.box_px
-    around = np.array([[x0, y0], [x1, y1]]) + 0.25 * max(x1 - x0, y1 - y0) * np.array([[-1, -1], [1, 1]])
-    (left, top), (right, bottom) = np.clip(np.rint(around), 0, photo.size_px).astype(int).tolist()
-    near = pipeline.Part.of(photo, (left, top, right - left, bottom - top))
-    return overlay(near.photo, [near.from_whole(face)], TILE_PX / (right - left))
+def tiles(portraits: list[Portrait]) -> list[Tile]:
+    """The photo as the page frames it, its landmarks, and each portrait with what it costs."""
+    first = portraits[0]
+    photo = frame_photo(first.photo, first.page_from_photo, first.drawing.page, PX_PER_MM)
+    face = frame_face(first.face, first.page_from_photo, PX_PER_MM)
+    width, height = first.photo.size_px
+    return [
+        Tile(photo.rgb, "photo", f"{width} x {height} px"),
+        Tile(overlay(photo, [face]), "landmarks", f"{face.detector}, score {face.score:.2f}"),
+        *(Tile(to_rgb(p.drawing, PX_PER_MM), p.settings.style, counts(p)) for p in portraits),
+    ]
 
 
 def counts(portrait: Portrait) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
@@ -12,11 +13,17 @@ CHANNELS = 32
 
 Array = NDArray[Any]
 
-_COS = (1.0, 0.9397, 0.7660, 0.5, 0.1736, -0.1736, -0.5, -0.7660, -0.9397)
-_SIN = (0.0, 0.3420, 0.6428, 0.8660, 0.9848, 0.9848, 0.8660, 0.6428, 0.3420)
+_BOUNDS = (603 / 3420, 1737 / 3008, 2660 / 2232, 3264 / 1188)
+"""Where, in the first quadrant, one of the directions (cos, sin) of (1, 0), (.9397, .3420), (.7660, .6428), (.5, .8660)
+and (.1736, .9848) gives way to the next as the nearest: slopes at which both agree with the gradient equally."""
+
+_BINS = np.array([*range(5), *range(9, 4, -1), 0, *range(17, 13, -1), *range(9, 14)], np.int64)
+"""Bin of 18 for the nearest of these, in the quadrants (x, y) = (+, +), (-, +), (+, -), (-, -)."""
+
 _CLIP = 0.2
 _ENERGY_FLOOR = 1e-4
 _TEXTURE = 0.2357
+_STRIP_PX = 64
 
 
 def half_down(x: float) -> int:
@@ -43,90 +50,109 @@ def hog(image: Array, cell_px: int = 4, dtype: DTypeLike = np.float64) -> Array:
     blocks = half_down(image.shape[0] / cell_px), half_down(image.shape[1] / cell_px)
     if min(blocks) < 3:
         return np.zeros((max(blocks[0] - 2, 0), max(blocks[1] - 2, 0), CHANNELS), dtype)
-    magnitude, orientation = _gradients(image, blocks[0] * cell_px, blocks[1] * cell_px, np.dtype(dtype))
-    return _normalised(_histogram(magnitude, orientation, cell_px, blocks).astype(dtype, copy=False))
+    return _normalised(_histogram(image, cell_px, blocks, np.dtype(dtype)))
 
 
-def _gradients(image: Array, height: int, width: int, dtype: np.dtype[Any]) -> tuple[Array, Array]:
-    """Magnitude and signed orientation bin (0..17) of the pixels 1 to height-2 and 1 to width-2.
+def _histogram(image: Array, cell_px: int, blocks: tuple[int, int], dtype: np.dtype[Any]) -> Array:
+    """Sum the magnitudes into 18 bins of cells, each pixel shared among the four nearest cells: (18, rows, cols).
 
-    The colour channel with the strongest gradient speaks for the pixel. Where the cells reach beyond the picture the
-    last inner pixels repeat.
+    Works on strips of the picture that stay in the cache. Where the cells reach beyond the picture the last inner
+    pixels repeat.
     """
-    strongest, dx, dy = _gradient(image[:height, :width, 0], dtype)
+    height, width = blocks[0] * cell_px, blocks[1] * cell_px
+    total = np.zeros((blocks[0] + 2, blocks[1] + 2, 18))
+    cols = _share(1, width - 1, cell_px)
+    for first in range(1, height - 1, _STRIP_PX):
+        last = min(first + _STRIP_PX, height - 1)
+        start, stop = (min(y, image.shape[0] - 2) for y in (first, last - 1))
+        magnitude, orientation = _gradients(image[start - 1 : stop + 2, :width], dtype)
+        missing = (0, last - first - magnitude.shape[0]), (0, width - 2 - magnitude.shape[1])
+        if np.any(missing):
+            magnitude, orientation = np.pad(magnitude, missing, "edge"), np.pad(orientation, missing, "edge")
+        _add(total, magnitude, orientation, _share(first, last, cell_px), cols)
+    planes = total[1:-1, 1:-1].reshape(-1, 18).astype(dtype, copy=False)
+    return cv2.transpose(planes).reshape(18, *blocks)
+
+
+def _share(first: int, last: int, cell_px: int) -> tuple[Array, Array]:
+    """For the pixels first..last-1: the cell before (counted from one outside the picture), the share of the next."""
+    position = (np.arange(first, last) + 0.5) / cell_px + 0.5
+    cell = np.floor(position).astype(np.int64)
+    return cell, position - cell
+
+
+def _add(
+    total: Array, magnitude: Array, orientation: Array, rows: tuple[Array, Array], cols: tuple[Array, Array]
+) -> None:
+    """Add a strip of pixels to ``total`` (rows, cols, 18)."""
+    stride, top = total.shape[1] * 18, int(rows[0][0])
+    size = (int(rows[0][-1]) + 2 - top) * stride
+    bins = (orientation + ((rows[0] - top)[:, None] * stride + cols[0] * 18)).ravel()
+    below, right = (share.astype(magnitude.dtype) for share in (rows[1][:, None], cols[1]))
+    strip = total.reshape(-1)[top * stride : top * stride + size]
+    lower = magnitude * below
+    for down, part in ((0, magnitude - lower), (stride, lower)):
+        other = part * right
+        for across, weight in ((0, part - other), (18, other)):
+            start = down + across
+            strip[start:] += np.bincount(bins, weight.ravel(), size)[: size - start]
+
+
+def _gradients(image: Array, dtype: np.dtype[Any]) -> tuple[Array, Array]:
+    """Magnitude and signed orientation bin (0..17) of the inner pixels, each (H - 2, W - 2).
+
+    The colour channel with the strongest gradient speaks for the pixel.
+    """
+    strongest, dx, dy = _gradient(image[..., 0], dtype)
     for channel in (1, 2):
-        energy, other_dx, other_dy = _gradient(image[:height, :width, channel], dtype)
-        stronger = energy > strongest
-        np.copyto(strongest, energy, where=stronger)
-        np.copyto(dx, other_dx, where=stronger)
-        np.copyto(dy, other_dy, where=stronger)
-    magnitude, orientation = np.sqrt(strongest), _orientation(dx, dy)
-    missing = (0, height - 2 - magnitude.shape[0]), (0, width - 2 - magnitude.shape[1])
-    if np.any(missing):
-        magnitude, orientation = np.pad(magnitude, missing, "edge"), np.pad(orientation, missing, "edge")
-    return magnitude, orientation
+        energy, other_dx, other_dy = _gradient(image[..., channel], dtype)
+        stronger = (energy > strongest).view(np.uint8)
+        for other, winner in ((energy, strongest), (other_dx, dx), (other_dy, dy)):
+            cv2.copyTo(other, stronger, winner)
+    return np.sqrt(strongest), _orientation(dx, dy)
 
 
 def _gradient(plane: Array, dtype: np.dtype[Any]) -> tuple[Array, Array, Array]:
-    plane = plane.astype(dtype)
+    plane = np.ascontiguousarray(plane, dtype)
     dx = plane[1:-1, 2:] - plane[1:-1, :-2]
     dy = plane[2:, 1:-1] - plane[:-2, 1:-1]
     return dx * dx + dy * dy, dx, dy
 
 
 def _orientation(dx: Array, dy: Array) -> Array:
-    """The signed bin whose direction is nearest; the first of equals."""
-    best = np.zeros_like(dx)
-    orientation = np.zeros(dx.shape, np.int64)
-    for k, (cos, sin) in enumerate(zip(_COS, _SIN, strict=True)):
-        along = cos * dx + sin * dy
-        size = np.abs(along)
-        better = size > best
-        np.copyto(best, size, where=better)
-        np.copyto(orientation, np.where(along < 0, k + 9, k), where=better)
-    return orientation
-
-
-def _histogram(magnitude: Array, orientation: Array, cell_px: int, blocks: tuple[int, int]) -> Array:
-    """Sum the magnitudes into cells x 18 bins, each pixel shared among the four nearest cells: (rows, cols, 18)."""
-    row, below = _share(magnitude.shape[0], cell_px)
-    col, right = _share(magnitude.shape[1], cell_px)
-    stride = blocks[1] + 2
-    bins = (row[:, None] * stride + col) * 18 + orientation
-    size = (blocks[0] + 2) * stride * 18
-    total = np.zeros(size)
-    for down, weight_y in ((0, 1 - below), (1, below)):
-        for across, weight_x in ((0, 1 - right), (1, right)):
-            weight = (weight_x * weight_y[:, None]) * magnitude
-            target = bins + (down * stride + across) * 18
-            total += np.bincount(target.ravel(), weight.ravel(), size)
-    return total.reshape(blocks[0] + 2, stride, 18)[1:-1, 1:-1]
-
-
-def _share(count: int, cell_px: int) -> tuple[Array, Array]:
-    """For the pixels 1..count: the cell before (counted from one outside the picture) and the share of the next."""
-    position = (np.arange(1, count + 1) + 0.5) / cell_px + 0.5
-    cell = np.floor(position).astype(np.int64)
-    return cell, position - cell
+    """The signed bin whose direction is nearest; of the two nearest to straight up or down the first."""
+    across, along = np.abs(dx), np.abs(dy)
+    down = dy < 0
+    left = np.where(down, dx <= 0, dx < 0)
+    code = left * np.uint8(5) + down * np.uint8(10)
+    for bound in _BOUNDS:
+        code += along > across * dx.dtype.type(bound)
+    return _BINS[code]
 
 
 def _normalised(histogram: Array) -> Array:
-    """The 32 channels from the histograms (rows, cols, 18) of all cells."""
-    signed = histogram[1:-1, 1:-1]
-    unsigned = signed[..., :9] + signed[..., 9:]
-    features = np.zeros((*signed.shape[:2], CHANNELS), histogram.dtype)
-    for k, scale in enumerate(_scales(histogram)):
-        clipped = np.minimum(signed * scale[..., None], _CLIP)
-        features[..., :18] += clipped
-        features[..., 18:27] += np.minimum(unsigned * scale[..., None], _CLIP)
-        features[..., 27 + k] = _TEXTURE * clipped.sum(-1)
-    features[..., :27] *= 0.5
-    return features
+    """The 32 channels (rows - 2, cols - 2, 32) from the histograms (18, rows, cols) of all cells."""
+    both = histogram[:9] + histogram[9:]
+    signed = np.ascontiguousarray(histogram[:, 1:-1, 1:-1])
+    unsigned = np.ascontiguousarray(both[:, 1:-1, 1:-1])
+    features = np.zeros((CHANNELS, *signed.shape[1:]), histogram.dtype)
+    for k, scale in enumerate(_scales(both)):
+        clipped = np.minimum(signed * scale, _CLIP)
+        features[:18] += clipped
+        features[27 + k] = _TEXTURE * clipped.sum(axis=0)
+        features[18:27] += np.minimum(unsigned * scale, _CLIP)
+    features[:27] *= 0.5
+    flat = cv2.transpose(features.reshape(CHANNELS, -1))
+    return flat.reshape(*signed.shape[1:], CHANNELS)
 
 
-def _scales(histogram: Array) -> tuple[Array, Array, Array, Array]:
-    """For each inner cell the inverse energies of the four 2x2 neighbourhoods it belongs to."""
-    energy = ((histogram[..., :9] + histogram[..., 9:]) ** 2).sum(-1)
+def _scales(both: Array) -> tuple[Array, Array, Array, Array]:
+    """For each inner cell the inverse energies of the four 2x2 neighbourhoods it belongs to.
+
+    Args:
+        both: (9, rows, cols) the magnitudes in each unsigned bin.
+    """
+    energy = (both * both).sum(axis=0)
     square = energy[:-1, :-1] + energy[1:, :-1] + energy[:-1, 1:] + energy[1:, 1:]
-    scale = 1 / np.sqrt(square + histogram.dtype.type(_ENERGY_FLOOR))
+    scale = 1 / np.sqrt(square + both.dtype.type(_ENERGY_FLOOR))
     return scale[1:, 1:], scale[:-1, 1:], scale[1:, :-1], scale[:-1, :-1]
