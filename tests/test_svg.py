@@ -250,6 +250,7 @@ def test_pen_region_and_weight_of_others():
     assert drawing.weight.tolist() == pytest.approx([5, 1, 9])
 
 
+XLINK = 'xmlns:x="http://www.w3.org/1999/xlink"'
 BOMB = '<!DOCTYPE svg [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>'
 USES = "".join(
     f'<g id="u{k}">' + f'<use href="#u{k - 1}"/>' * 10 + "</g>" if k else '<path id="u0" d="M0,0 L1,1"/>'
@@ -264,12 +265,14 @@ USES = "".join(
         (b"hello", "no SVG"),
         (b"<svg", "no SVG"),
         (b"\xff\xfe\x00", "no SVG"),
+        (b"<svg><x:g/></svg>", "unbound prefix"),
         (b"<html><body/></html>", "outermost element is <html>"),
         (b"<x:svg xmlns:x='urn:x'><path d='M0,0 L1,1'/></x:svg>", "xmlns"),
         (f"{BOMB}<svg {A5}><text>&b;</text></svg>".encode(), "entities"),
         (b'<!DOCTYPE svg [<!ENTITY x SYSTEM "file:///etc/passwd">]><svg>&x;</svg>', "entities"),
         (f"<svg {A5}>{USES}</svg>".encode(), "more than 200000 elements"),
         (f'<svg {A5}><g id="a"><use href="#a"/></g></svg>'.encode(), "refers to itself"),
+        (f'<svg {A5} {XLINK}><g id="a"><use x:href="#a"/></g></svg>'.encode(), "refers to itself"),
         (f"<svg {A5}>{'<g>' * 150}{'</g>' * 150}</svg>".encode(), "nested deeper than 100"),
         (f'<svg {A5}><path d="M0,0 L1e999,1" stroke="red"/></svg>'.encode(), "no finite number"),
         (f'<svg {A5}><circle r="1e12" stroke="red"/></svg>'.encode(), "straight pieces"),

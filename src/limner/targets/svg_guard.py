@@ -12,6 +12,8 @@ MAX_BYTES = 50 * 2**20
 MAX_ELEMENTS = 200_000
 MAX_DEPTH = 100
 
+_XLINK_HREF = "http://www.w3.org/1999/xlink href"
+
 
 @dataclass
 class _Node:
@@ -52,19 +54,19 @@ class _Reader:
         self.by_id: dict[str, _Node] = {}
 
     def parse(self, data: bytes) -> None:
-        parser = expat.ParserCreate()
+        parser = expat.ParserCreate(namespace_separator=" ")
         parser.StartElementHandler = self._start
         parser.EndElementHandler = self._end
         parser.EntityDeclHandler = self._entity
         parser.Parse(data, True)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        tag = tag.rpartition(":")[2]
+        tag = tag.rpartition(" ")[2]
         if len(self.stack) == 1 and tag != "svg":
             raise BadInput(f"{self.name}: is no SVG; its outermost element is <{tag}>")
         if len(self.stack) > MAX_DEPTH:
             raise BadInput(f"{self.name}: has elements nested deeper than {MAX_DEPTH}; flatten its groups")
-        node = _Node(reference=attributes.get("href", attributes.get("xlink:href", "")) if tag == "use" else "")
+        node = _Node(reference=attributes.get("href", attributes.get(_XLINK_HREF, "")) if tag == "use" else "")
         if "id" in attributes:
             self.by_id[attributes["id"]] = node
         self.stack[-1].children.append(node)

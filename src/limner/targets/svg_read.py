@@ -61,7 +61,7 @@ def read_svg(source: bytes | str | os.PathLike[str]) -> Drawing:
     """
     data, name = _read(source)
     check_svg(data, name)
-    root = _parse(_tidied(data), name)
+    root = _parse(_tidied(_tree(data, name)), name)
     try:
         mm_per_px = _mm_per_px(root)
         strokes = list(_strokes(root, mm_per_px))
@@ -85,7 +85,7 @@ def read_about(source: bytes | str | os.PathLike[str]) -> dict[str, Any]:
     """
     data, name = _read(source)
     check_svg(data, name)
-    text = ElementTree.fromstring(data).findtext(f".//{{{ABOUT_NAMESPACE}}}about", "{}")
+    text = _tree(data, name).findtext(f".//{{{ABOUT_NAMESPACE}}}about", "{}")
     try:
         about = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -99,12 +99,18 @@ def _read(source: bytes | str | os.PathLike[str]) -> tuple[bytes, str]:
     return read_bytes(os.fspath(source), MAX_BYTES), os.fspath(source)
 
 
-def _tidied(data: bytes) -> bytes:
+def _tree(data: bytes, name: str) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(data)
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise BadInput(f"{name}: is no SVG ({error})") from error
+
+
+def _tidied(root: ElementTree.Element) -> bytes:
     """Without paths that have no data, and what is only drawn when referred to moved into ``<defs>``.
 
     The library stumbles over the first and draws the second.
     """
-    root = ElementTree.fromstring(data)
     for parent in list(root.iter()):
         for k, child in enumerate(list(parent)):
             space, _, tag = str(child.tag).rpartition("}")
