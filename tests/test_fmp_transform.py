@@ -9,14 +9,14 @@ from limner.vision.landmarks.fmp.model import Component
 from limner.vision.landmarks.fmp.transform import spread
 
 
-def by_force(score, a, shift):
+def by_force(score, a, shift, slope=(0, 0)):
     rows, cols = score.shape
     y, x = np.mgrid[:rows, :cols]
     result = np.empty_like(score)
     for py in range(rows):
         for px in range(cols):
             cost = a[0] * (px + shift[0] - x) ** 2 + a[1] * (py + shift[1] - y) ** 2
-            result[py, px] = (score - cost).max()
+            result[py, px] = (score + slope[0] * x + slope[1] * y - cost).max()
     return result
 
 
@@ -32,9 +32,10 @@ def test_agrees_with_brute_force(rows, cols, count, rough, seed):
     rng = np.random.default_rng(seed)
     scores = rng.normal(0, rough, (count, rows, cols))
     stiffness, shift = rng.uniform(0.01, 0.5, (count, 2)), rng.integers(-5, 6, (count, 2))
-    maps, _ = spread(scores, stiffness, shift)
-    for found, score, a, k in zip(maps, scores, stiffness, shift, strict=True):
-        np.testing.assert_allclose(found, by_force(score, a, k), rtol=0, atol=1e-12)
+    slope = rng.normal(0, 0.2, (count, 2))
+    maps, _ = spread(scores, stiffness, shift, slope)
+    for found, *given_part in zip(maps, scores, stiffness, shift, slope, strict=True):
+        np.testing.assert_allclose(found, by_force(*given_part), rtol=0, atol=1e-12)
 
 
 @given(seed=st.integers(0, 2**32 - 1), share=st.sampled_from([0.3, 0.9, 1.0]))
@@ -43,7 +44,7 @@ def test_forbidden_cells_are_never_chosen(seed, share):
     rng = np.random.default_rng(seed)
     score = np.where(rng.uniform(size=(6, 7)) < share, -np.inf, rng.normal(size=(6, 7)))
     a, k = np.array([0.02, 0.3]), np.array([2, -3])
-    (found,), _ = spread(score[None], a[None], k[None])
+    (found,), _ = spread(score[None], a[None], k[None], np.zeros((1, 2)))
     np.testing.assert_allclose(found, by_force(score, a, k), rtol=0, atol=1e-12)
 
 
@@ -52,9 +53,10 @@ def test_forbidden_cells_are_never_chosen(seed, share):
 def test_a_constant_adds_and_more_score_never_gives_less(seed):
     rng = np.random.default_rng(seed)
     score, a, k = rng.normal(size=(2, 5, 8)), rng.uniform(0.01, 0.2, (2, 2)), rng.integers(-2, 3, (2, 2))
-    base = np.array(spread(score, a, k)[0])
-    np.testing.assert_allclose(np.array(spread(score + 3, a, k)[0]), base + 3, atol=1e-12)
-    assert (np.array(spread(score + rng.uniform(0, 1, score.shape), a, k)[0]) >= base - 1e-12).all()
+    flat = np.zeros((2, 2))
+    base = np.array(spread(score, a, k, flat)[0])
+    np.testing.assert_allclose(np.array(spread(score + 3, a, k, flat)[0]), base + 3, atol=1e-12)
+    assert (np.array(spread(score + rng.uniform(0, 1, score.shape), a, k, flat)[0]) >= base - 1e-12).all()
 
 
 def two_parts(spring, anchor):

@@ -124,10 +124,11 @@ def _orientation(dx: Array, dy: Array) -> Array:
     across, along = np.abs(dx), np.abs(dy)
     down = dy < 0
     left = np.where(down, dx <= 0, dx < 0)
-    code = left * np.uint8(5) + down * np.uint8(10)
+    code: Array = left * np.uint8(5) + down * np.uint8(10)
     for bound in _BOUNDS:
         code += along > across * dx.dtype.type(bound)
-    return _BINS[code]
+    bins: Array = _BINS[code]
+    return bins
 
 
 def _normalised(histogram: Array) -> Array:
@@ -142,7 +143,7 @@ def _normalised(histogram: Array) -> Array:
         features[27 + k] = _TEXTURE * clipped.sum(axis=0)
         features[18:27] += np.minimum(unsigned * scale, _CLIP)
     features[:27] *= 0.5
-    flat = cv2.transpose(features.reshape(CHANNELS, -1))
+    flat: Array = cv2.transpose(features.reshape(CHANNELS, -1))
     return flat.reshape(*signed.shape[1:], CHANNELS)
 
 

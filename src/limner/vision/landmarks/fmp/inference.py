@@ -16,7 +16,7 @@ from limner.vision.landmarks.fmp.model import FmpModel
 from limner.vision.landmarks.fmp.pyramid import FILTER, PAD, Level, pyramid
 from limner.vision.landmarks.fmp.response import responses
 
-_GROUP_CELLS = 2_000_000
+_GROUP_CELLS = 10_000_000
 """Score maps held at once [cells of all parts]: trees are matched in groups of about this size."""
 
 
@@ -75,23 +75,52 @@ def search(
     threshold = model.threshold if threshold is None else threshold
     interval = interval or model.interval
     levels = pyramid(image, interval, cell_px=model.cell_px, dtype=dtype, scale_range_px=scale_range_px)
-    found = [detection for level in levels for detection in search_level(level, model, threshold)]
-    return suppress(found, image.shape[:2], overlap)
+    found = [candidates for level in levels for candidates in _candidates(level, model, threshold)]
+    if not found:
+        return []
+    boxes = np.concatenate([_clipped(candidates.boxes, image.shape) for candidates in found])
+    scores = np.concatenate([candidates.scores for candidates in found])
+    owner = np.repeat(np.arange(len(found)), [len(candidates.scores) for candidates in found])
+    first = np.searchsorted(owner, np.arange(len(found)))
+    return [found[owner[k]].detection(k - first[owner[k]]) for k in _keep(boxes, scores, overlap)]
 
 
 def search_level(level: Level, model: FmpModel, threshold: float) -> Iterator[Detection]:
     """Every configuration above the threshold on one map of the pyramid, the best one for each place of the root."""
+    for candidates in _candidates(level, model, threshold):
+        yield from map(candidates.detection, range(len(candidates.scores)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidates:
+    """Configurations of one component on one level: scores (M,) and cells (M, n, 2), as in ``Detection``."""
+
+    level: Level
+    component: int
+    scores: Array
+    cells: NDArray[np.int64]
+
+    @property
+    def boxes(self) -> Floats:
+        """(M, 4) the box around all parts of each."""
+        low = (self.cells.min(axis=1) - (PAD - 1)) * self.level.scale_px
+        high = (self.cells.max(axis=1) - (PAD - 1) + FILTER) * self.level.scale_px - 1
+        return np.concatenate([low, high], axis=1)
+
+    def detection(self, k: int) -> Detection:
+        score, cells, level = float(self.scores[k]), self.cells[k], self.level
+        return Detection(score, self.component, level.index, level.scale_px, cells, level.centres_px(cells))
+
+
+def _candidates(level: Level, model: FmpModel, threshold: float) -> Iterator[_Candidates]:
     fits = responses(level.features, model.filters)
     for first, forest in _groups(model, fits[0].size):
         match = forest.match(fits[forest.filters])
-        roots = match.roots
-        for tree in range(len(forest.components)):
-            y, x = np.nonzero(roots[tree] >= threshold)
-            if not len(y):
-                continue
-            places = match.places(tree, np.stack([x, y], axis=1))
-            for score, cells in zip(roots[tree][y, x].tolist(), places, strict=True):
-                yield Detection(score, first + tree, level.index, level.scale_px, cells, level.centres_px(cells))
+        for tree, scores in enumerate(match.roots):
+            y, x = np.nonzero(scores >= threshold)
+            if len(y):
+                cells = match.places(tree, np.stack([x, y], axis=1))
+                yield _Candidates(level, first + tree, scores[y, x], cells)
 
 
 def _groups(model: FmpModel, cells: int) -> Iterator[tuple[int, Forest]]:
@@ -119,21 +148,26 @@ def suppress(found: list[Detection], size: tuple[int, ...], overlap: float) -> l
     """
     if not found:
         return []
-    boxes = np.array([_around(detection, size) for detection in found])
+    boxes = [detection.part_boxes for detection in found]
+    around = np.array([[*box[:, :2].min(axis=0), *box[:, 2:].max(axis=0)] for box in boxes])
+    scores = np.array([detection.score for detection in found])
+    return [found[k] for k in _keep(_clipped(around, size), scores, overlap)]
+
+
+def _clipped(boxes: Floats, size: tuple[int, ...]) -> Floats:
+    """Boxes x0, y0, x1, y1 (first and last pixel) as far as they lie in a picture of ``size`` (height, width)."""
+    low, high = np.maximum(boxes[:, :2], 0), np.minimum(boxes[:, 2:], (size[1] - 1, size[0] - 1))
+    return np.concatenate([low, high], axis=1)
+
+
+def _keep(boxes: Floats, scores: Array, overlap: float) -> list[int]:
     area = np.clip(boxes[:, 2:] - boxes[:, :2] + 1, 0, None).prod(axis=1)
-    left = np.argsort([-detection.score for detection in found], kind="stable")
+    left = np.argsort(-scores, kind="stable")
     kept = []
     while len(left):
-        best, left = left[0], left[1:]
-        kept.append(found[best])
+        best, left = int(left[0]), left[1:]
+        kept.append(best)
         low, high = np.maximum(boxes[best, :2], boxes[left, :2]), np.minimum(boxes[best, 2:], boxes[left, 2:])
         shared = np.clip(high - low + 1, 0, None).prod(axis=1)
         left = left[shared <= overlap * np.minimum(area[best], area[left])]
     return kept
-
-
-def _around(detection: Detection, size: tuple[int, ...]) -> Floats:
-    """First and last pixel, x0, y0, x1, y1, of the box around all parts, as far as it lies in the picture."""
-    boxes = detection.part_boxes
-    low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
-    return np.concatenate([np.maximum(low, 0), np.minimum(high, (size[1] - 1, size[0] - 1))])

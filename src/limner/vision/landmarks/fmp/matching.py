@@ -12,16 +12,19 @@ from limner.vision.landmarks.fmp.hog import Array
 from limner.vision.landmarks.fmp.model import Component
 from limner.vision.landmarks.fmp.transform import spread
 
-_BATCH_CELLS = 40_000
+_BATCH_CELLS = 100_000
 """Cells worked on at once: small maps together, large ones one by one, so that they stay in the cache."""
+
+_BATCH_WINDOWS = 1_000_000
+"""Candidate places compared at once."""
 
 
 class Forest:
     """The trees of some components, ready for matching; parts are numbered through, component after component.
 
     Along each axis the cost of a displacement d, ``a d^2 + b d``, is that of ``e = d + t``, ``a e^2 + beta e + gamma``,
-    with t whole and ``|beta| <= a``. The part in beta is linear in the two cells' coordinates and goes to the parts'
-    own scores once and for all, so that the distance transform has only ``a e^2`` and a shift.
+    with t whole and ``|beta| <= a``. What is linear in the two cells' coordinates goes to the parts' own scores, what
+    is constant to the root's, so that the distance transform has only ``a e^2``, a shift and a slope.
 
     Attributes:
         components: the trees.
@@ -44,12 +47,12 @@ class Forest:
         t = np.rint(b / (2 * self._a)).astype(np.int64)
         self._shift = anchors + t
         beta, gamma = b - 2 * self._a * t, (self._a * t * t - b * t).sum(1)
-        self._slope, self._offset = beta.copy(), np.zeros(len(beta))
-        self._offset[self.roots] = [component.bias for component in components]
+        self._slope = beta.copy()
         children = np.flatnonzero(self._parents >= 0)
         np.subtract.at(self._slope, self._parents[children], beta[children])
-        lost = gamma + (beta * self._shift).sum(1)
-        np.subtract.at(self._offset, self._parents[children], lost[children])
+        constant = -gamma - (beta * self._shift).sum(1)
+        constant[self.roots] = [component.bias for component in components]
+        self._offset = np.add.reduceat(constant, self.roots)
         self._depths = self._by_depth()
 
     def _by_depth(self) -> list[Array]:
@@ -65,23 +68,15 @@ class Forest:
             scores: (N, R, C) appearance score of every part at every cell; overwritten. May hold -inf.
         """
         rows, cols = scores.shape[1:]
-        y, x = np.arange(rows, dtype=scores.dtype), np.arange(cols, dtype=scores.dtype)
-        slope = self._slope.astype(scores.dtype)
-        scores += (slope[:, 1:] * y + self._offset.astype(scores.dtype)[:, None])[:, :, None]
-        scores += (slope[:, :1] * x)[:, None, :]
         reach = np.zeros((len(scores), 2), np.int64)
         batch = max(1, _BATCH_CELLS // max(1, rows * cols))
         for parts in reversed(self._depths):
             for start in range(0, len(parts), batch):
                 some = parts[start : start + batch]
-                maps, reach[some] = spread(scores[some], self._a[some], self._shift[some])
+                maps, reach[some] = spread(scores[some], self._a[some], self._shift[some], self._slope[some])
                 for part, message in zip(some, maps, strict=True):
                     scores[self._parents[part]] += message
         return Match(self, scores, reach)
-
-    def _parts(self, tree: int) -> range:
-        root = int(self.roots[tree])
-        return range(root, root + len(self.components[tree].parents))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +85,7 @@ class Match:
 
     Attributes:
         forest: the trees.
-        scores: (N, R, C) of each part with all parts below it, but for terms that no choice below depends on.
+        scores: (N, R, C) of each part with all parts below it, but for the forest's slopes and constants.
         reach: (N, 2) how far each part can be from where its parent wants it, x, y [cells].
     """
 
@@ -101,8 +96,11 @@ class Match:
     @property
     def roots(self) -> Array:
         """(components, R, C): the best score of a whole tree for each place of its root."""
-        roots: Array = self.scores[self.forest.roots]
-        return roots
+        scores: Array = self.scores[self.forest.roots]
+        offset, slope = self.forest._offset, self.forest._slope[self.forest.roots]
+        y, x = np.arange(scores.shape[1])[:, None], np.arange(scores.shape[2])
+        scores += offset[:, None, None] + slope[:, 1, None, None] * y + slope[:, 0, None, None] * x
+        return scores
 
     def places(self, tree: int, root_cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """Where the parts are in the best configuration.
@@ -114,24 +112,39 @@ class Match:
         Returns:
             (M, n, 2) x, y of each part.
         """
-        forest, parts, cols = self.forest, self.forest._parts(tree), self.scores.shape[2]
-        places = np.empty((len(root_cells), len(parts), 2), np.int64)
-        places[:, 0] = root_cells
-        for i, part in enumerate(parts[1:], start=1):
-            x, y = places[:, forest._parents[part] - parts[0]].T
-            different, back = np.unique(y * cols + x, return_inverse=True)
-            wanted = np.stack([different % cols, different // cols], axis=1) + forest._shift[part]
-            places[:, i] = self._best(part, wanted)[back]
-        return places
+        forest, (rows, cols) = self.forest, self.scores.shape[1:]
+        root, count = int(forest.roots[tree]), len(forest.components[tree].parents)
+        cells = np.empty((len(root_cells), count), np.int64)
+        cells[:, 0] = root_cells[:, 1] * cols + root_cells[:, 0]
+        for parts in forest._depths:
+            parts = parts[(parts >= root) & (parts < root + count)]
+            at_parents = cells[:, forest._parents[parts] - root] + np.arange(len(parts)) * (rows * cols)
+            different, back = np.unique(at_parents, return_inverse=True)
+            which, cell = np.divmod(different, rows * cols)
+            best = self._best(parts[which], np.stack([cell % cols, cell // cols], axis=1) + forest._shift[parts[which]])
+            cells[:, parts - root] = best[back.reshape(at_parents.shape)]
+        return np.stack([cells % cols, cells // cols], axis=2)
 
-    def _best(self, part: int, wanted: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The best cells (M, 2) for a part that is wanted at the cells ``wanted`` (M, 2)."""
-        scores, (reach_x, reach_y) = self.scores[part], self.reach[part]
-        x = np.clip(wanted[:, :1] + np.arange(-reach_x, reach_x + 1), 0, scores.shape[1] - 1)
-        y = np.clip(wanted[:, 1:] + np.arange(-reach_y, reach_y + 1), 0, scores.shape[0] - 1)
-        ax, ay = self.forest._a[part]
-        cost = (ay * (y - wanted[:, 1:]) ** 2)[:, :, None] + (ax * (x - wanted[:, :1]) ** 2)[:, None, :]
-        best = (scores[y[:, :, None], x[:, None, :]] - cost).reshape(len(wanted), -1).argmax(axis=1)
-        row, col = np.divmod(best, x.shape[1])
-        each = np.arange(len(wanted))
-        return np.stack([x[each, col], y[each, row]], axis=1)
+    def _best(self, parts: Array, wanted: Array) -> Array:
+        """The best cell, counted row by row, for each of some parts (M,) that are wanted at cells x, y (M, 2)."""
+        if not len(parts):
+            return np.empty(0, np.int64)
+        reach_x, reach_y = self.reach[parts].max(axis=0)
+        batch = max(1, _BATCH_WINDOWS // ((2 * reach_x + 1) * (2 * reach_y + 1)))
+        around_x, around_y = np.arange(-reach_x, reach_x + 1), np.arange(-reach_y, reach_y + 1)
+        starts = range(0, len(parts), int(batch))
+        found = [self._best_of(parts[s : s + batch], wanted[s : s + batch], around_x, around_y) for s in starts]
+        return np.concatenate(found)
+
+    def _best_of(self, parts: Array, wanted: Array, around_x: Array, around_y: Array) -> Array:
+        (rows, cols), forest = self.scores.shape[1:], self.forest
+        x = np.clip(wanted[:, :1] + around_x, 0, cols - 1)
+        y = np.clip(wanted[:, 1:] + around_y, 0, rows - 1)
+        a, slope = forest._a[parts], forest._slope[parts]
+        gain_x = slope[:, :1] * x - a[:, :1] * (x - wanted[:, :1]) ** 2
+        gain_y = slope[:, 1:] * y - a[:, 1:] * (y - wanted[:, 1:]) ** 2
+        places = (parts[:, None] * rows + y)[:, :, None] * cols + x[:, None, :]
+        total = self.scores.reshape(-1)[places] + gain_y[:, :, None] + gain_x[:, None, :]
+        best = total.reshape(len(parts), -1).argmax(axis=1)
+        found: Array = places.reshape(len(parts), -1)[np.arange(len(parts)), best] - parts * (rows * cols)
+        return found
