@@ -113,9 +113,10 @@ class _Candidates:
 
 
 def _candidates(level: Level, model: FmpModel, threshold: float) -> Iterator[_Candidates]:
-    fits = responses(level.features, model.filters)
+    used = np.unique(np.concatenate([component.filters for component in model.components]))
+    fits = responses(level.features, model.filters[used])
     for first, forest in _groups(model, fits[0].size):
-        match = forest.match(fits[forest.filters])
+        match = forest.match(fits[np.searchsorted(used, forest.filters)])
         for tree, scores in enumerate(match.roots):
             y, x = np.nonzero(scores >= threshold)
             if len(y):
