@@ -40,7 +40,9 @@ class FmpSettings(SettingsGroup):
         0.1, "Smallest face to look for, as a share of the photo's shorter side", low=0.01, high=1
     )
     smallest_px: float = setting(40.0, "Smallest face to look for", unit="px", low=20, high=10_000)
-    interval: int = setting(5, "Sizes tried from one size to its half", low=1, high=20)
+    interval: int | None = setting(
+        None, "Sizes tried from one size to its half; not set: as the model is meant to", low=1, high=20
+    )
     overlap: float = setting(
         0.3, "Of two faces that share more than this of either's area the better one stays", low=0, high=1
     )
