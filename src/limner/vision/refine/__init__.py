@@ -1,0 +1,78 @@
+"""A photo, a face and the names of corrections go in; the face with better landmarks comes out (thesis 3.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from limner.errors import BadInput
+from limner.settings import SettingsGroup, group
+from limner.types import Face, Photo
+from limner.vision.refine.brows import BrowsSettings, brows
+from limner.vision.refine.eye_corners import EyeCornersSettings, eye_corners
+from limner.vision.refine.jaw_gradient import JawGradientSettings, jaw_gradient
+from limner.vision.refine.jaw_outliers import JawOutliersSettings, jaw_outliers
+from limner.vision.refine.jaw_spline import JawSplineSettings, jaw_spline
+from limner.vision.refine.shape import ShapeSettings, shape
+
+
+@dataclass(frozen=True)
+class RefineSettings(SettingsGroup):
+    """The settings of every correction; each group bears its name, with _ for -."""
+
+    jaw_gradient: JawGradientSettings = group(JawGradientSettings)
+    brows: BrowsSettings = group(BrowsSettings)
+    jaw_outliers: JawOutliersSettings = group(JawOutliersSettings)
+    eye_corners: EyeCornersSettings = group(EyeCornersSettings)
+    jaw_spline: JawSplineSettings = group(JawSplineSettings)
+    shape: ShapeSettings = group(ShapeSettings)
+
+
+REFINEMENTS: dict[str, Callable[[Photo, Face, Any], Face]] = {
+    "jaw-gradient": jaw_gradient,
+    "brows": brows,
+    "jaw-outliers": jaw_outliers,
+    "eye-corners": eye_corners,
+    "jaw-spline": jaw_spline,
+    "shape": shape,
+}
+"""Each takes a photo, a frontal face in it, and its own settings, and gives the face with moved landmarks."""
+
+NONE = "none"
+
+
+def names_of(text: str) -> tuple[str, ...]:
+    """The corrections that a text names, separated by commas; none for ``none`` or nothing.
+
+    Raises:
+        BadInput: a name that does not exist.
+    """
+    names = tuple(name.strip() for name in text.split(",") if name.strip() not in ("", NONE))
+    for name in names:
+        if name not in REFINEMENTS:
+            raise BadInput(f"refine: '{name}' does not exist; choose from {', '.join(REFINEMENTS)}, or {NONE}")
+    return names
+
+
+def refine(photo: Photo, face: Face, names: str, settings: RefineSettings) -> Face:
+    """Correct a face's landmarks, one correction after the other.
+
+    Args:
+        photo: where the face is.
+        face: to be corrected; a profile, for which there is no correction, comes back as it is.
+        names: of corrections, separated by commas, in their order; ``none`` for none.
+        settings: of every correction.
+
+    Raises:
+        BadInput: no such correction, a face of a few pixels, or one outside the photo.
+    """
+    chosen = names_of(names)
+    if not face.frontal:
+        return face
+    for name in chosen:
+        face = REFINEMENTS[name](photo, face, getattr(settings, name.replace("-", "_")))
+    return face
+
+
+__all__ = ["NONE", "REFINEMENTS", "RefineSettings", "names_of", "refine"]
