@@ -37,6 +37,7 @@ HEAVY = {
     "scipy": {"vision/landmarks/fmp", "evaluate"},
     "svgelements": {"targets/svg_read.py", "targets/flatten.py"},
     "tomli_w": {"settings.py"},
+    "threadpoolctl": {"vision/landmarks/fmp/threads.py"},
     "rich": {"cli"},
     "click": {"cli"},
     "skimage": {"vision/landmarks/fmp/scenes.py"},

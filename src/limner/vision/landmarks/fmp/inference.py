@@ -15,6 +15,7 @@ from limner.vision.landmarks.fmp.matching import Forest
 from limner.vision.landmarks.fmp.model import FmpModel
 from limner.vision.landmarks.fmp.pyramid import FILTER, PAD, Level, pyramid
 from limner.vision.landmarks.fmp.response import responses
+from limner.vision.landmarks.fmp.threads import in_parallel
 
 _GROUP_CELLS = 10_000_000
 """Score maps held at once [cells of all parts]: trees are matched in groups of about this size."""
@@ -75,7 +76,11 @@ def search(
     threshold = model.threshold if threshold is None else threshold
     interval = interval or model.interval
     levels = pyramid(image, interval, cell_px=model.cell_px, dtype=dtype, scale_range_px=scale_range_px)
-    found = [candidates for level in levels for candidates in _candidates(level, model, threshold)]
+    found = [
+        candidates
+        for some in in_parallel(lambda level: list(_candidates(level, model, threshold)), levels)
+        for candidates in some
+    ]
     if not found:
         return []
     boxes = np.concatenate([_clipped(candidates.boxes, image.shape) for candidates in found])

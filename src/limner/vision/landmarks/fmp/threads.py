@@ -1,0 +1,39 @@
+"""Work and its items go in; results come out in order, one item to a core and no library's own threads beside them.
+
+A linear algebra library starts a thread a core for each small product and lets them spin; on a busy machine that takes
+ten times as long as one thread alone. So its threads are held to one, and the items are shared out instead.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+from threadpoolctl import ThreadpoolController
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_parallel(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    """``map`` over threads; at most as many items and results are held as there are cores."""
+    count = cores()
+    rest = iter(items)
+    with _libraries().limit(limits=1, user_api="blas"), ThreadPoolExecutor(count) as pool:
+        while some := list(itertools.islice(rest, count)):
+            yield from pool.map(work, some)
+
+
+@functools.cache
+def _libraries() -> ThreadpoolController:
+    """The libraries loaded when this is first asked for; finding them takes milliseconds."""
+    return ThreadpoolController()
