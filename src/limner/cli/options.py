@@ -19,9 +19,11 @@ Tree = TypeVar("Tree", bound=SettingsGroup)
 ABOUT = {path: (about, default) for path, about, default in Settings.walk()}
 """Every setting of a drawing: what it means and its default."""
 
-# Under these names a command keeps the settings that its options give, in their order, and the file they go over.
+# Under these names a command keeps the settings that its options give, in their order, the file they go over, and the
+# model of the detector, which is known only when all are read.
 _ASSIGNED = "limner.assigned"
 _FILE = "limner.settings"
+_MODEL = "limner.model"
 
 
 class Crop(click.ParamType["tuple[int, int, int, int]"]):
@@ -81,6 +83,10 @@ def _keep_file(ctx: click.Context, param: click.Parameter, value: Path | None) -
     ctx.meta[_FILE] = value
 
 
+def _keep_model(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+    ctx.meta[_MODEL] = value
+
+
 def _face_from_file(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
     if value is not None:
         _assign(ctx, "detect.detector", "file")
@@ -101,9 +107,17 @@ photo_options: Callable[[Any], Any] = _together(
             callback=_face_from_file,
             help="Take the face from a file (JSON of `limner face`, .pts or .csv) instead of looking for it.",
         ),
+        flag("detect.detector", "--detector", metavar="NAME"),
+        click.option(
+            "--model",
+            metavar="FILE",
+            expose_value=False,
+            callback=_keep_model,
+            help="File of the detector's model: .npz or .mat for fmp, face_landmark.tflite for mediapipe.",
+        ),
     ]
 )
-"""Which photo, which part of it, which face in it."""
+"""Which photo, which part of it, which face in it, and what finds it."""
 
 drawing_options: Callable[[Any], Any] = _together(
     [
@@ -153,9 +167,24 @@ def chosen_settings(ctx: click.Context, tree: type[Tree], save_to: Path | None =
     settings = read_toml(tree, _read_text(file)) if file else tree()
     for path, text in ctx.meta.get(_ASSIGNED, []):
         settings = settings.assign(path, text)
+    if ctx.meta.get(_MODEL) and isinstance(settings, Settings):
+        settings = settings.assign(model_path(settings, ctx.meta[_MODEL]), ctx.meta[_MODEL])
     if save_to is not None:
         storage.write_whole(save_to, write_toml(settings).encode())
     return settings
+
+
+def model_path(settings: Settings, file: str) -> str:
+    """The name of the setting that holds the model of the detector that is chosen.
+
+    Raises:
+        BadInput: that detector has none.
+    """
+    detector = settings.detect.detector
+    path = f"detect.{detector}.model"
+    if path not in ABOUT:
+        raise BadInput(f"--model {file}: the detector '{detector}' has no model; choose --detector fmp or mediapipe")
+    return path
 
 
 def _read_text(path: Path) -> str:

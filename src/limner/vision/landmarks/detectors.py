@@ -9,7 +9,7 @@ from typing import NamedTuple
 from limner.errors import BadInput, NoFace
 from limner.settings import SettingsGroup, group, setting
 from limner.types import Face, Photo
-from limner.vision.landmarks import annotation
+from limner.vision.landmarks import annotation, mediapipe
 from limner.vision.landmarks.fmp import detector as fmp
 
 
@@ -19,11 +19,13 @@ class DetectSettings(SettingsGroup):
 
     detector: str = setting(
         "fmp",
-        "What finds the landmarks: fmp = flexible mixture of parts, file = nothing, they are read from a file",
-        choices=("fmp", "file"),
+        "What finds the landmarks: fmp = flexible mixture of parts, mediapipe = the face mesh of MediaPipe, whose file"
+        " you get yourself, file = nothing, they are read from a file",
+        choices=("fmp", "mediapipe", "file"),
     )
     file: str = setting("", "For the detector 'file': landmarks as .json (of `limner face`), .pts or .csv")
     fmp: fmp.FmpSettings = group(fmp.FmpSettings)
+    mediapipe: mediapipe.MediapipeSettings = group(mediapipe.MediapipeSettings)
 
 
 class Detector(NamedTuple):
@@ -42,6 +44,12 @@ DETECTORS: dict[str, Detector] = {
     "fmp": Detector(
         lambda photo, settings: fmp.detect(photo, settings.fmp),
         lambda photo, settings: fmp.looked_for(photo, settings.fmp),
+    ),
+    "mediapipe": Detector(
+        lambda photo, settings: mediapipe.detect(
+            photo, settings.mediapipe, lambda photo: fmp.detect(photo, settings.fmp)
+        ),
+        lambda photo, settings: mediapipe.looked_for(photo, settings.mediapipe),
     ),
     "file": Detector(
         lambda photo, settings: annotation.read_faces(settings.file),
