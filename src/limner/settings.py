@@ -111,9 +111,10 @@ class SettingsGroup:
 
     @classmethod
     def walk(cls, path: str = "") -> Iterator[tuple[str, About, Any]]:
-        """Every setting below: its path, what it means, its default."""
+        """Every setting below: its path, what it means, its default; those of a group before those of its groups."""
         hints = typing.get_type_hints(cls)
-        for field in dataclasses.fields(cls):
+        # In TOML what follows the heading of a group belongs to it.
+        for field in sorted(dataclasses.fields(cls), key=lambda field: "about" not in field.metadata):
             if "about" in field.metadata:
                 yield path + field.name, field.metadata["about"], field.default
             else:
