@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 
@@ -103,9 +103,12 @@ def check(model: ModelFile, file: Path, trust: bool) -> None:
 class Quiet:
     """While it lasts OpenCV's networks write nothing to stderr: what went wrong is in the error they raise."""
 
+    _SILENT = 0
+    _logging: Any = getattr(cv2.utils, "logging", cv2)  # OpenCV 4 has the two functions in cv2 itself
+
     def __enter__(self) -> None:
-        self._level = cv2.utils.logging.getLogLevel()
-        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+        self._level = self._logging.getLogLevel()
+        self._logging.setLogLevel(self._SILENT)
 
     def __exit__(self, *_: object) -> None:
-        cv2.utils.logging.setLogLevel(self._level)
+        self._logging.setLogLevel(self._level)
