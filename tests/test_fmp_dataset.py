@@ -4,7 +4,7 @@ import pytest
 
 from limner.errors import BadInput
 from limner.storage import pack_npz
-from limner.vision.landmarks.fmp.dataset import Sample, folds, read_folder, similarity, transform, with_jaw_of
+from limner.vision.landmarks.fmp.dataset import Sample, completed, folds, read_folder, similarity, transform
 
 FACE = np.stack([np.linspace(10, 50, 68), 20 + 10 * np.sin(np.arange(68))], axis=1)
 
@@ -34,7 +34,7 @@ def test_a_person_is_one_in_all_folders_of_a_set(tmp_path):
     write(tmp_path / "set", ("001_03.png",))
     write(tmp_path / "set", ("001_08.png",), "landmarks_smiling_machine.npz", "smiling")
     neutral, _ = read_folder(tmp_path / "set")
-    smiling, _ = read_folder(tmp_path / "set", labels="landmarks_smiling_machine.npz")
+    smiling, _ = read_folder(tmp_path / "set" / "landmarks_smiling_machine.npz")
     assert neutral[0].person == smiling[0].person
     assert smiling[0].path.parent.name == "smiling"
 
@@ -46,15 +46,20 @@ def test_a_machines_jaw_is_not_trusted(tmp_path):
     assert samples[0].known[17:].all()
 
 
-def test_jaw_of_the_same_person_is_borrowed(tmp_path):
+def test_jaw_and_brows_of_the_same_person_are_borrowed(tmp_path):
     turned = FACE @ np.array([[0, 1], [-1, 0]]) * 0.5 + [45, 0]
+    smiling = turned + np.where(np.arange(68)[:, None] >= 48, [0, 3], 0)
     write(tmp_path / "set", ("a_1.png",))
-    write(tmp_path / "set", ("a_2.png", "c_2.png"), "landmarks_x_machine.npz", "x", ibug68=np.stack([turned] * 2))
+    write(tmp_path / "set", ("a_2.png", "c_2.png"), "landmarks_x_machine.npz", "x", ibug68=np.stack([smiling] * 2))
     neutral, _ = read_folder(tmp_path / "set")
-    smiling, _ = read_folder(tmp_path / "set", labels="landmarks_x_machine.npz")
-    filled = with_jaw_of(smiling, neutral)
-    assert filled[0].points_px == pytest.approx(turned)
-    assert not filled[1].known[:17].any()
+    others, _ = read_folder(tmp_path / "set" / "landmarks_x_machine.npz")
+    filled, left_out = completed(others + neutral)
+    assert [sample.path.name for sample in filled] == ["a_2.png", "a_1.png"]
+    assert filled[0].points_px == pytest.approx(smiling)
+    assert filled[0].guessed.tolist() == [True] * 27 + [False] * 41
+    assert not filled[1].guessed.any()
+    assert len(left_out) == 1
+    assert "c_2.png" in left_out[0]
 
 
 def nan_face():
@@ -108,7 +113,7 @@ def test_labels_must_be_there_and_clear(tmp_path):
     write(tmp_path, labels="landmarks_y.npz", images="y")
     with pytest.raises(BadInput, match=r"landmarks_x\.npz, landmarks_y\.npz"):
         read_folder(tmp_path)
-    assert len(read_folder(tmp_path, labels="landmarks_y.npz")[0]) == 2
+    assert len(read_folder(tmp_path / "landmarks_y.npz")[0]) == 2
 
 
 def some(persons, photos=2):
@@ -147,7 +152,9 @@ def test_yaw_follows_the_nose(aside, sign):
 
 def test_reads_the_shared_sets(shared):
     london, _ = read_folder(shared / "data" / "london")
-    smiling, _ = read_folder(shared / "data" / "london", labels="landmarks_smiling_machine.npz")
+    smiling, _ = read_folder(shared / "data" / "london" / "landmarks_smiling_machine.npz")
     assert len(london) == len(smiling) == 78
     assert {sample.person for sample in london} == {sample.person for sample in smiling}
-    assert all(sample.known.all() for sample in with_jaw_of(smiling, london))
+    filled, left_out = completed(smiling + london)
+    assert all(sample.known.all() for sample in filled)
+    assert left_out == []

@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from limner.errors import BadInput
 from limner.storage import read_bytes, unpack_npz
 from limner.types import Floats, Value, frozen_array
 
-JAW = slice(0, 17)
-"""The iBUG landmarks of the jaw, on which a machine's face mesh disagrees with people."""
+JAW, JAW_AND_BROWS = slice(0, 17), slice(0, 27)
+"""The iBUG landmarks on which a machine's face mesh disagrees with people, most at the jaw."""
 
 NOSE_REACH = 0.45
 """How far the nose tip stands before the outer eye corners, in outer-eye distances (adults, roughly)."""
@@ -31,6 +32,7 @@ class Sample(Value):
         points_px: (68, 2) in iBUG-68 order, photo frame; NaN where a landmark is not known.
         size_px: width and height of the image.
         machine: whether a program, not a person, placed the landmarks.
+        guessed: (68,) which landmarks are no more than a guess.
     """
 
     path: Path
@@ -38,6 +40,7 @@ class Sample(Value):
     points_px: Floats
     size_px: tuple[int, int]
     machine: bool = False
+    guessed: NDArray[np.bool_] = dataclasses.field(default_factory=lambda: np.zeros(68, bool))
 
     def __post_init__(self) -> None:
         points = np.array(self.points_px, dtype=np.float64)
@@ -46,11 +49,12 @@ class Sample(Value):
         frozen_array(np.nan_to_num(points), np.float64, (68, 2), f"{self.path}: landmarks")
         points.setflags(write=False)
         self._freeze("points_px", points)
+        self._freeze("guessed", frozen_array(self.guessed, np.bool_, (68,), f"{self.path}: guessed"))
 
     @property
-    def known(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def known(self) -> NDArray[np.bool_]:
         """(68,) which landmarks are known."""
-        return ~np.isnan(self.points_px).any(axis=1)
+        return np.asarray(np.isfinite(self.points_px).all(axis=1), np.bool_)
 
     @property
     def outer_eye_px(self) -> float:
@@ -58,8 +62,13 @@ class Sample(Value):
         return float(np.hypot(*(self.points_px[45] - self.points_px[36])))
 
     @property
+    def tilt_deg(self) -> float:
+        """Slope of the line through the outer eye corners, positive = clockwise; NaN when one is not known."""
+        return float(np.degrees(np.arctan2(*(self.points_px[45] - self.points_px[36])[::-1])))
+
+    @property
     def yaw_deg(self) -> float:
-        """Turn of the head read off the nose tip between the eyes (rough); positive = nose to image right; 0 if unknown."""
+        """Turn of the head, roughly, by the nose tip between the eyes; positive = nose to image right; 0 if unknown."""
         left, right, tip = self.points_px[[36, 45, 30]]
         axis = (right - left) / self.outer_eye_px
         aside = float((tip - (left + right) / 2) @ axis) / self.outer_eye_px
@@ -72,7 +81,7 @@ class Sample(Value):
         return np.concatenate([points.min(axis=0), points.max(axis=0)])
 
 
-def read_folder(folder: str | Path, *, labels: str = "", skip: bool = False) -> tuple[list[Sample], list[str]]:
+def read_folder(folder: str | Path, *, skip: bool = False) -> tuple[list[Sample], list[str]]:
     """Read an annotated folder: ``landmarks*.npz`` beside the folder(s) of images it names.
 
     The npz holds ``names`` (n,), ``size_wh`` (n, 2) and ``ibug68`` (n, 68, 2) [px]. ``landmarks.npz`` and
@@ -80,8 +89,7 @@ def read_folder(folder: str | Path, *, labels: str = "", skip: bool = False) -> 
     ``<x>/``. Of landmarks that a machine placed, the jaw is dropped (set to NaN).
 
     Args:
-        folder: what to read.
-        labels: name of the npz when there are several, else the only (or the hand-made) one is read.
+        folder: what to read, or the very npz when there are several in it (else ``landmarks.npz`` or the only one).
         skip: leave bad entries out and name them, instead of refusing the folder.
 
     Returns:
@@ -90,7 +98,7 @@ def read_folder(folder: str | Path, *, labels: str = "", skip: bool = False) -> 
     Raises:
         BadInput: no labels, labels of another form, or (unless ``skip``) a missing image, a wrong size, no landmark.
     """
-    file = _labels(Path(folder), labels)
+    file = _labels(Path(folder))
     names, sizes, points = _arrays(file)
     images, machine = _images(file), file.stem.endswith("_machine")
     samples: list[Sample] = []
@@ -107,13 +115,14 @@ def read_folder(folder: str | Path, *, labels: str = "", skip: bool = False) -> 
     return samples, left_out
 
 
-def _labels(folder: Path, labels: str) -> Path:
+def _labels(folder: Path) -> Path:
+    if folder.suffix == ".npz":
+        return folder
     found = sorted(folder.glob("landmarks*.npz"))
-    chosen = [file for file in found if file.name == (labels or "landmarks.npz")]
-    chosen = chosen or (found if len(found) == 1 and not labels else [])
-    if not chosen:
+    chosen = [file for file in found if file.name == "landmarks.npz"] or found
+    if len(chosen) != 1:
         has = ", ".join(file.name for file in found) or "none"
-        raise BadInput(f"{folder}: expected {labels or 'landmarks.npz'} in it, found {has}; name one of these or another folder")
+        raise BadInput(f"{folder}: expected landmarks.npz in it, found {has}; name one file, or another folder")
     return chosen[0]
 
 
@@ -179,29 +188,40 @@ def folds(samples: Sequence[Sample], count: int, seed: int = 0) -> list[frozense
     return [frozenset(persons[i] for i in shuffled[k::count]) for k in range(count)]
 
 
-def with_jaw_of(samples: Sequence[Sample], others: Sequence[Sample]) -> list[Sample]:
-    """Samples whose unknown jaw is taken from another photo of the same person.
-
-    The other photo's landmarks are laid over by the similarity that best fits the brows' outer ends, eyes and nose
-    (what a smile moves least); samples without such a photo stay as they are.
-    """
-    neutral = {sample.person: sample for sample in others if sample.known.all()}
-    return [_with_jaw(sample, neutral.get(sample.person)) for sample in samples]
-
-
-STILL = np.array([17, 26, 27, 28, 29, 30, 33, *range(36, 48)])
+STILL = np.array([27, 28, 29, 30, 33, *range(36, 48)])
 """Landmarks that an expression moves least."""
 
 
-def _with_jaw(sample: Sample, other: Sample | None) -> Sample:
-    if other is None or sample.known.all():
-        return sample
+def completed(samples: Sequence[Sample]) -> tuple[list[Sample], list[str]]:
+    """Fill in landmarks that are not known, or not to be trusted, from another photo of the same person.
+
+    A face mesh has its own idea of jaw and brows, so where a machine placed the landmarks only those of nose, eyes and
+    mouth count. The others are those of the other photo, laid over by the similarity that best fits nose and eyes.
+
+    Returns:
+        The samples with all landmarks known, in their order, and one line for each that has no such other photo.
+    """
+    whole = {sample.person: sample for sample in samples if sample.known.all() and not sample.machine}
+    result, left_out = [], []
+    for sample in samples:
+        if sample.known.all() and not sample.machine:
+            result.append(sample)
+        elif sample.person in whole and sample.known[STILL].sum() >= 3:
+            result.append(_completed(sample, whole[sample.person]))
+        else:
+            left_out.append(f"{sample.path}: lacks landmarks, and no other photo of this person has them all")
+    return result, left_out
+
+
+def _completed(sample: Sample, other: Sample) -> Sample:
     still = STILL[sample.known[STILL]]
     points = sample.points_px.copy()
-    unknown = ~sample.known
+    wanted = ~sample.known
+    if sample.machine:
+        wanted[JAW_AND_BROWS] = True
     over = similarity(other.points_px[still], sample.points_px[still])
-    points[unknown] = transform(over, other.points_px[unknown])
-    return dataclasses.replace(sample, points_px=points)
+    points[wanted] = transform(over, other.points_px[wanted])
+    return dataclasses.replace(sample, points_px=points, guessed=wanted)
 
 
 def similarity(source: Floats, target: Floats) -> Floats:
