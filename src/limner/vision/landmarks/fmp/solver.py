@@ -101,14 +101,24 @@ class Problem:
 
     def add(self, kind: int, features: Array, label: int, group: int, cost: float) -> None:
         """Ask for ``label * w . features >= 1``; the examples of a group share one slack that costs ``cost``."""
-        columns = self.columns[kind]
-        signed = label * np.asarray(features, np.float64)
-        self.rows.append((signed / np.sqrt(self.penalty.scale[columns])).astype(self.dtype))
-        self.margins.append(1.0 - float(signed @ self.penalty.prior[columns]))
+        row, margin = self._scaled(kind, features, label)
+        self.rows.append(row)
+        self.margins.append(margin)
         self.kinds.append(kind)
         self.groups.append(group)
         self.costs[group] = float(cost)
         self.alpha = np.append(self.alpha, 0.0)
+
+    def replace(self, i: int, kind: int, features: Array, label: int) -> None:
+        """Give an example other features; its dual variable stays."""
+        self.rows[i], self.margins[i] = self._scaled(kind, features, label)
+        self.kinds[i] = kind
+
+    def _scaled(self, kind: int, features: Array, label: int) -> tuple[Array, float]:
+        columns = self.columns[kind]
+        signed = label * np.asarray(features, np.float64)
+        margin = 1.0 - float(signed @ self.penalty.prior[columns])
+        return (signed / np.sqrt(self.penalty.scale[columns])).astype(self.dtype), margin
 
     def keep(self, wanted: Mask) -> None:
         """Forget the examples that are not ``wanted`` (n,)."""
@@ -214,13 +224,14 @@ class _Climb:
     def _step(self, i: int) -> float:
         lack, group = self._lack(i), self.problem.groups[i]
         room = max(self.problem.costs[group] - self.spent[group], 0.0)
-        change = lack / max(self.norms[i], 1e-12)
+        norm = float(self.norms[i])
+        change = lack / max(norm, 1e-12)
         if change > room and len(self.members[group]) > 1:
             return self._trade(i, lack, group, room)
-        change = min(max(change, -self.alpha[i]), room)
+        change = min(max(change, -float(self.alpha[i])), room)
         self._move(i, change)
         self.spent[group] += change
-        return change * lack - 0.5 * change * change * float(self.norms[i])
+        return change * lack - 0.5 * change * change * norm
 
     def _trade(self, i: int, lack: float, group: int, room: float) -> float:
         """Use up the group's budget, then move some of it from the member that needs it least."""
@@ -245,7 +256,7 @@ class _Climb:
     def _distance(self, i: int, j: int) -> float:
         if self.problem.kinds[i] != self.problem.kinds[j]:
             return 2 * float(self.norms[i] + self.norms[j])
-        difference = self.problem.rows[i] - self.problem.rows[j]
+        difference: Array = self.problem.rows[i] - self.problem.rows[j]
         return float(difference @ difference)
 
     def _move(self, i: int, change: float) -> None:

@@ -1,0 +1,139 @@
+"""Annotated faces and scenes without faces in; a trained flexible mixture of parts and what training reached, out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limner.errors import BadInput
+from limner.types import Floats
+from limner.vision.landmarks.fmp import checkpoint, initial
+from limner.vision.landmarks.fmp.dataset import Sample, completed
+from limner.vision.landmarks.fmp.examples import Examples, Round, Watch, silent
+from limner.vision.landmarks.fmp.hog import CHANNELS
+from limner.vision.landmarks.fmp.mining import levels
+from limner.vision.landmarks.fmp.model import Component, FmpModel
+from limner.vision.landmarks.fmp.positives import Positive, show, views
+from limner.vision.landmarks.fmp.pyramid import FILTER
+from limner.vision.landmarks.fmp.scenes import Scene, read_image
+from limner.vision.landmarks.fmp.train_settings import TrainSettings as TrainSettings
+
+
+@dataclass(frozen=True, eq=False)
+class Trained:
+    """A model and how it came about.
+
+    Attributes:
+        model: ready to be saved.
+        rounds: what each round reached.
+        face_scores: of all views of the training faces.
+        left_out: one line for each face that could not be used.
+    """
+
+    model: FmpModel
+    rounds: tuple[Round, ...]
+    face_scores: Floats
+    left_out: tuple[str, ...]
+
+
+def train(
+    samples: Sequence[Sample],
+    scenes: Sequence[Scene],
+    settings: TrainSettings,
+    watch: Watch = silent,
+    state: Path | None = None,
+) -> Trained:
+    """Train a model (thesis 3.2.1, eq. 3.4 and 3.5).
+
+    Trees, filters and springs are first set from their statistics, part by part. Then, round by round, the faces are
+    placed, the scenes are searched for what is taken for a face, and all weights are solved for together.
+
+    Args:
+        samples: faces with all 68 landmarks, or of people of whom another photo has them all (see ``completed``).
+        scenes: where there is no face but the marked ones.
+        settings: how.
+        watch: told of progress.
+        state: file that keeps what each round reached: an interrupted training goes on from there and ends the same.
+
+    Raises:
+        BadInput: no face, no scene, or a state of another training.
+    """
+    samples, left_out = completed(samples)
+    if not samples or not scenes:
+        raise BadInput(f"training: {len(samples)} usable faces and {len(scenes)} scenes; expected some of both")
+    names = [*(str(sample.path) for sample in samples), *(scene.name for scene in scenes)]
+    ticket = checkpoint.ticket(settings, names)
+    rng = np.random.default_rng(settings.seed)
+    scenes = [scenes[k] for k in np.sort(rng.permutation(len(scenes))[: settings.scenes])]
+    faces = show_all(samples, settings, rng, watch)
+    rounds: list[Round] = []
+    if state and state.is_file():
+        saved = checkpoint.load(state, ticket)
+        examples, rounds = Examples(saved.model, faces, scenes, settings, watch), list(saved.rounds)
+        examples.restore(saved.start, saved.placed, saved.groups, saved.alpha)
+    else:
+        examples = Examples(first_model(faces, scenes, settings, rng, watch), faces, scenes, settings, watch)
+    while len(rounds) < settings.rounds:
+        rounds.append(examples.round(len(rounds)))
+        if state:
+            checkpoint.save(examples, rounds, state, ticket)
+    return _finished(examples, rounds, samples, left_out)
+
+
+def show_all(
+    samples: Sequence[Sample], settings: TrainSettings, rng: np.random.Generator, watch: Watch
+) -> list[Positive]:
+    """All views of all faces."""
+    faces = []
+    for k, sample in enumerate(samples):
+        watch("faces", k, len(samples), sample.path.name)
+        some = list(views(settings.poses, settings.views, settings.zoom, rng))
+        faces += show(sample, read_image(sample.path), some, settings.eye_cells, settings.cell_px)
+    watch("faces", len(samples), len(samples), f"{len(faces)} views")
+    return faces
+
+
+def first_model(
+    faces: Sequence[Positive], scenes: Sequence[Scene], settings: TrainSettings, rng: np.random.Generator, watch: Watch
+) -> FmpModel:
+    """Trees, filters and springs from the statistics of each pose; its scores are log odds, in a unit that suits."""
+    background = initial.Background.of(_maps(scenes, settings, watch), settings.patches, rng)
+    filters: list[Floats] = []
+    components: list[Component] = []
+    for k, pose in enumerate(settings.poses):
+        of_pose = [face for face in faces if face.pose == k]
+        start = sum(map(len, filters))
+        some, component = initial.mixture(of_pose, start, pose.yaw_deg, settings.stiffness, background)
+        filters.append(some)
+        components.append(component)
+    pool = np.concatenate(filters).reshape(-1, FILTER, FILTER, CHANNELS)
+    return FmpModel(pool, tuple(components), 0.0, settings.interval, settings.cell_px)
+
+
+def _maps(scenes: Sequence[Scene], settings: TrainSettings, watch: Watch) -> list[NDArray[np.float32]]:
+    maps = []
+    for k, scene in enumerate(scenes):
+        watch("background", k, len(scenes), scene.name)
+        found, _ = levels(scene, settings.scene_px, 1, settings.cell_px)
+        maps += [level.features for level in found if min(level.features.shape[:2]) > 2 * FILTER]
+    watch("background", len(scenes), len(scenes), f"{len(maps)} maps")
+    return maps
+
+
+def _finished(
+    examples: Examples, rounds: Sequence[Round], samples: Sequence[Sample], left_out: Sequence[str]
+) -> Trained:
+    """The model, with its threshold between the scores of the negatives and of the faces."""
+    scores, settings = examples.face_scores(), examples.settings
+    faces, negatives = float(np.percentile(scores, 5)), examples.worst_negative()
+    threshold = negatives + settings.caution * (faces - negatives)
+    sources = Counter(f"{sample.path.parent.parent.name}/{sample.path.parent.name}" for sample in samples)
+    meta = {"faces": dict(sources), "settings": settings.to_dict(), "rounds": [item.to_dict() for item in rounds]}
+    model = dataclasses.replace(examples.model, threshold=threshold, name="fmp", meta=meta)
+    return Trained(model, tuple(rounds), scores, tuple(left_out))
