@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from pathlib import Path
+from typing import Any
 
 import click
+from rich.console import Console
+from rich.table import Table
 
 from limner.cli import options
 from limner.cli.progress import bars
@@ -40,26 +42,52 @@ def fmp(
 ) -> None:
     """Train a flexible mixture of parts (thesis 3.2.1, eq. 3.4 and 3.5) on annotated photos.
 
-    Each --data folder holds landmarks.npz (names, size_wh, ibug68) and images/. Everything in the photos but the
+    A --data folder holds landmarks.npz (names, size_wh, ibug68) and images/; a file in it such as
+    landmarks_smiling_machine.npz, with the photos in smiling/, may be named instead. Everything in the photos but the
     faces teaches the model what is none, as do --scenes, made-up textures, and scikit-image's pictures if installed.
+
+    What each round reached is kept beside FILE: the same command goes on where an interrupted one stopped.
     """
     settings = options.chosen_settings(ctx, TrainSettings, save_settings)
     options.check_suffix(out, ".npz")
-    samples: list[Sample] = []
-    for folder in data:
-        read, left_out = read_folder(folder, skip=skip_bad)
-        samples += read
-        for line in left_out:
-            click.echo(f"left out: {line}", err=True)
+    samples = annotated(data, skip_bad)
     pictures = fmp_scenes.of_samples(samples) + fmp_scenes.sample_pictures()
     pictures += fmp_scenes.textures(settings.textures, settings.seed)
     for folder in scenes:
         pictures += fmp_scenes.of_folder(folder)
+    state = Path(f"{out}.unfinished")
     with bars() as watch:
-        trained = train_fmp(samples, pictures, settings, watch)
+        trained = train_fmp(samples, pictures, settings, watch, state)
     save_model(trained.model, out)
-    rounds = [dataclasses.asdict(round_) for round_ in trained.rounds]
+    state.unlink(missing_ok=True)
+    rounds = [item.to_dict() for item in trained.rounds]
+    for line in trained.left_out:
+        click.echo(f"left out: {line}", err=True)
     if as_json:
-        click.echo(json.dumps({"out": [out], "faces": len(samples), "scenes": len(pictures), "rounds": rounds}))
+        report = {"out": [out], "faces": len(samples) - len(trained.left_out), "scenes": len(pictures)}
+        click.echo(json.dumps(report | {"threshold": trained.model.threshold, "rounds": rounds}))
     else:
-        click.echo(f"trained on {len(samples)} faces and {len(pictures)} scenes\n{out}", err=True)
+        if rounds:
+            Console(stderr=True, highlight=False).print(learning_curve(rounds))
+        click.echo(out, err=True)
+
+
+def annotated(folders: tuple[str, ...], skip_bad: bool) -> list[Sample]:
+    """The faces of all folders; those left out are named."""
+    samples: list[Sample] = []
+    for folder in folders:
+        read, left_out = read_folder(folder, skip=skip_bad)
+        samples += read
+        for line in left_out:
+            click.echo(f"left out: {line}", err=True)
+    return samples
+
+
+def learning_curve(rounds: list[dict[str, Any]]) -> Table:
+    """What each round reached, a row each."""
+    flat = [figures | figures["solution"] for figures in rounds]
+    names = [name for name, value in flat[0].items() if isinstance(value, int | float)]
+    table = Table("round", *names, title="training", title_justify="left")
+    for k, figures in enumerate(flat, 1):
+        table.add_row(str(k), *(f"{figures[name]:.6g}" for name in names))
+    return table
