@@ -23,7 +23,7 @@ class About:
     """What a setting means: shown by ``--help`` and the studio, enforced on every value.
 
     Attributes:
-        help: one line.
+        help: one line, without a full stop.
         unit: of the value, empty for none.
         low, high: limits, both allowed.
         choices: the only values allowed.
@@ -151,19 +151,21 @@ def read_toml(tree: type[Tree], text: str) -> Tree:
 
 
 def write_toml(tree: SettingsGroup) -> str:
-    """The whole tree as TOML text, each setting under its help, unit and limits."""
+    """The whole tree as TOML text: each group under what it is, each setting under its help, unit and limits."""
     import tomli_w
 
     lines: list[str] = []
-    section = None
+    section: list[str] = []
     for path, about, _ in type(tree).walk():
         *groups, name = path.split(".")
+        holder: Any = tree
+        for part in groups:
+            holder = getattr(holder, part)
         if groups != section:
             section = groups
-            lines += ["", f"[{'.'.join(groups)}]"] if groups else []
-        value: Any = tree
-        for part in path.split("."):
-            value = getattr(value, part)
+            what = (type(holder).__doc__ or "").partition("\n")[0]
+            lines += ["", f"# {what}", f"[{'.'.join(groups)}]"]
+        value = getattr(holder, name)
         lines.append(f"# {about.help}{_limits(about)}")
         lines.append(f"# {name} = (not set)" if value is None else tomli_w.dumps({name: value}).strip())
     return "\n".join(lines).lstrip() + "\n"

@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from limner.cli import options
-from limner.errors import BadInput
+from limner.cli.landmarks import landmarks
+from limner.evaluate.false_alarms import sample_folder
 from limner.evaluate.speed import Row, measure_speed
 from limner.vision.photo import load_photo
 
@@ -49,11 +50,9 @@ def astronaut() -> Path:
     """The portrait of Eileen Collins that scikit-image ships (NASA, public domain).
 
     Raises:
-        BadInput: scikit-image is not installed.
+        MissingExtra: scikit-image is not installed.
     """
-    import importlib.util
+    return sample_folder() / "astronaut.png"
 
-    found = importlib.util.find_spec("skimage")
-    if found is None or found.origin is None:
-        raise BadInput("no photo: name one, or run: pip install 'limner[demo]' for the astronaut of scikit-image")
-    return Path(found.origin).parent / "data" / "astronaut.png"
+
+evaluate.add_command(landmarks)
