@@ -1,0 +1,218 @@
+"""``limner evaluate landmarks``: annotated photos and detectors in, a table of what they find and how well, out."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+import numpy as np
+from rich.console import Console, Group
+from rich.table import Table
+
+from limner.cli import options
+from limner.cli.progress import Watch, bars
+from limner.cli.train import annotated
+from limner.errors import BadInput
+from limner.evaluate.false_alarms import count_false_alarms, pictures_without_face
+from limner.evaluate.landmarks import Detect, LandmarkReport, cross_validate, evaluate_landmarks
+from limner.pipeline import Settings
+from limner.settings import read_toml
+from limner.storage import read_bytes
+from limner.types import Photo
+from limner.vision.landmarks import DetectSettings, detect
+from limner.vision.landmarks.fmp import scenes as fmp_scenes
+from limner.vision.landmarks.fmp.dataset import Sample
+from limner.vision.landmarks.fmp.train_settings import TrainSettings
+
+COLUMNS = {
+    "faces": "faces",
+    "found": "found",
+    "wrong": "wrong",
+    "all_68": "68 points",
+    "inner_51": "inner 51",
+    "jaw": "jaw",
+    "brows": "brows",
+    "eyes": "eyes",
+    "nose": "nose",
+    "mouth": "mouth",
+}
+"""The figures of a row, and their headings."""
+
+
+class Measured(NamedTuple):
+    """A way to find faces that is measured."""
+
+    name: str
+    detect: Detect
+
+
+class Faces(NamedTuple):
+    """A set of annotated faces."""
+
+    name: str
+    samples: list[Sample]
+
+
+@click.command()
+@click.option("--data", multiple=True, required=True, metavar="DIR", help="Annotated photos; may be repeated.")
+@click.option(
+    "--detector", "detectors", multiple=True, metavar="NAME", help="fmp (default) or mediapipe; may be repeated."
+)
+@click.option(
+    "--model",
+    "models",
+    multiple=True,
+    metavar="FILE",
+    help="A model: .npz or .mat for fmp, .tflite for mediapipe; may be repeated.",
+)
+@click.option(
+    "--folds",
+    type=click.IntRange(2),
+    metavar="N",
+    help="Also train N models, each without an N-th of the people, and measure each on those.",
+)
+@click.option(
+    "--helpers",
+    multiple=True,
+    metavar="DIR",
+    help="With --folds: photos to train on too, of other people than those held out.",
+)
+@click.option("--train-settings", metavar="FILE", help="With --folds: settings of `limner train fmp`, as TOML.")
+@click.option("--yaw", type=click.FloatRange(0), metavar="DEG", help="Only faces turned by no more than this [deg].")
+@click.option("--false-alarms/--no-false-alarms", default=True, help="Count them in pictures without a face, or not.")
+@click.option("--skip-bad", is_flag=True, help="Leave out, by name, faces that lack landmarks or a photo.")
+@options.settings_options
+@options.json_option
+@click.pass_context
+def landmarks(
+    ctx: click.Context,
+    data: tuple[str, ...],
+    detectors: tuple[str, ...],
+    models: tuple[str, ...],
+    folds: int | None,
+    helpers: tuple[str, ...],
+    train_settings: str | None,
+    yaw: float | None,
+    false_alarms: bool,
+    skip_bad: bool,
+    save_settings: Path | None,
+    as_json: bool,
+) -> None:
+    """Measure detectors side by side: annotated faces found, wrong detections, and how far off landmarks are.
+
+    A --data folder is what `limner train fmp` takes. Errors are mean distances in percent of that of the outer eye
+    corners, over the faces found; the pictures without a face are scikit-image's, parts of them, and made-up ones.
+    """
+    settings = options.chosen_settings(ctx, Settings, save_settings).detect
+    training = read_toml(TrainSettings, read_bytes(train_settings).decode()) if train_settings else TrainSettings()
+    measured = list(to_measure(settings, detectors, models, default=folds is None))
+    sets = [Faces(name_of(folder), not_turned(annotated((folder,), skip_bad), yaw)) for folder in data]
+    for item in measured:
+        item.detect(Photo(np.zeros((320, 320, 3), np.uint8)))  # a missing model is said now, not in an hour
+    empty = pictures_without_face() if false_alarms else []
+    rows, alarms = [], []
+    with bars() as watch:
+        for item in measured:
+            for faces in sets:
+                report = evaluate_landmarks(f"{item.name}, {faces.name}", faces.samples, item.detect, watch)
+                rows.append(row(item.name, faces.name, report))
+        if folds:
+            helping = annotated(helpers, skip_bad)
+            rows += cross_validated(sets, helping, training, folds, watch)
+        for item in measured if empty else ():
+            alarms.append({"model": item.name} | count_false_alarms(item.detect, empty, item.name, watch).row())
+    if as_json:
+        click.echo(json.dumps({"landmarks": rows, "false_alarms": alarms}))
+    else:
+        Console(highlight=False).print(tables(rows, alarms))
+
+
+def to_measure(
+    settings: DetectSettings, detectors: Sequence[str], models: Sequence[str], *, default: bool
+) -> Iterator[Measured]:
+    """The detectors with their own models, then the models with their detectors; without any perhaps the default.
+
+    Raises:
+        BadInput: no such detector, or one that does not look at photos.
+    """
+    for name in detectors or ((settings.detector,) if default and not models else ()):
+        if name not in MEASURABLE:
+            raise BadInput(f"--detector {name}: cannot be measured; choose {' or '.join(MEASURABLE)}")
+        yield Measured(name, detecting(settings.replace(detector=name)))
+    for file in models:
+        detector = "mediapipe" if file.lower().endswith(".tflite") else "fmp"
+        own = getattr(settings, detector).replace(model=file)
+        yield Measured(Path(file).stem, detecting(settings.replace(detector=detector, **{detector: own})))
+
+
+MEASURABLE = ("fmp", "mediapipe")
+"""Detectors that look for faces in a photo."""
+
+
+def detecting(settings: DetectSettings) -> Detect:
+    """The detector with its settings."""
+    return lambda photo: detect(photo, settings)
+
+
+def name_of(folder: str) -> str:
+    """What the faces of a folder, or of a file of landmarks in it, are called."""
+    path = Path(folder).resolve()
+    return f"{path.parent.name}/{path.stem.removeprefix('landmarks_')}" if path.suffix == ".npz" else path.name
+
+
+def not_turned(samples: list[Sample], yaw_deg: float | None) -> list[Sample]:
+    """Those turned by no more than this; all for None."""
+    return [sample for sample in samples if yaw_deg is None or abs(sample.yaw_deg) <= yaw_deg]
+
+
+def cross_validated(
+    sets: Sequence[Faces], helpers: Sequence[Sample], settings: TrainSettings, folds: int, watch: Watch
+) -> list[dict[str, Any]]:
+    """A row for each set, of models that never saw the people they are measured on."""
+    scenes = fmp_scenes.sample_pictures() + fmp_scenes.textures(settings.textures, settings.seed)
+    samples = [sample for faces in sets for sample in faces.samples]
+    whole = cross_validate(samples, scenes, settings, folds, helpers, watch)
+    rows = []
+    for faces in sets:
+        paths = {sample.path for sample in faces.samples}
+        of_set = tuple(outcome for outcome in whole.outcomes if outcome.sample.path in paths)
+        rows.append(row(f"{folds}-fold", faces.name, LandmarkReport(faces.name, of_set)))
+    return rows
+
+
+def row(model: str, faces: str, report: LandmarkReport) -> dict[str, Any]:
+    """The figures by name; None where there are none, and for all 68 where the jaw is not known."""
+    figures = {name: None if math.isnan(value) else value for name, value in report.row().items() if name in COLUMNS}
+    if figures["jaw"] is None:
+        figures["all_68"] = None
+    return {"model": model, "set": faces} | figures
+
+
+def tables(rows: Sequence[dict[str, Any]], alarms: Sequence[dict[str, Any]]) -> Group:
+    """All rows, and the false alarms if they were counted."""
+    title = "limner: landmarks, mean error in % of the outer-eye distance"
+    main = Table("model", "faces of", *COLUMNS.values(), title=title, title_justify="left")
+    for column in main.columns[2:]:
+        column.justify = "right"
+    for figures in rows:
+        main.add_row(figures["model"], figures["set"], *(shown(figures[name]) for name in COLUMNS))
+    if not alarms:
+        return Group(main)
+    below = Table("model", "pictures", "false alarms", "in", title="pictures without a face", title_justify="left")
+    for figures in alarms:
+        places = ", ".join(f"{place['picture']} ({place['score']:.2f})" for place in figures["in"][:4])
+        more = len(figures["in"]) - 4
+        where = places + (f" and {more} more" if more > 0 else "")
+        below.add_row(figures["model"], str(figures["pictures"]), str(figures["false_alarms"]), where)
+    return Group(main, "", below)
+
+
+def shown(figure: float | None) -> str:
+    """A count, or a percentage to a hundredth."""
+    if figure is None:
+        return "-"
+    return str(figure) if isinstance(figure, int) else f"{figure:.2f}"
