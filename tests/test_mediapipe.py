@@ -353,4 +353,6 @@ def test_a_model_on_the_command_line_is_that_of_the_detector():
         assert model_path(Settings().assign("detect.detector", detector), "x") == path
     with pytest.raises(BadInput, match="the detector 'file' has no model; choose --detector fmp or mediapipe"):
         model_path(Settings().assign("detect.detector", "file"), "x")
+    with pytest.raises(BadInput, match=r"x.tflite: not for the detector 'fmp'; add --detector mediapipe"):
+        model_path(Settings(), "x.tflite")
     assert set(DETECTORS) == {"fmp", "mediapipe", "file"}

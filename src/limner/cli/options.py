@@ -178,9 +178,11 @@ def model_path(settings: Settings, file: str) -> str:
     """The name of the setting that holds the model of the detector that is chosen.
 
     Raises:
-        BadInput: that detector has none.
+        BadInput: that detector has none, or another kind.
     """
     detector = settings.detect.detector
+    if detector != "mediapipe" and file.lower().endswith(".tflite"):
+        raise BadInput(f"--model {file}: not for the detector '{detector}'; add --detector mediapipe")
     path = f"detect.{detector}.model"
     if path not in ABOUT:
         raise BadInput(f"--model {file}: the detector '{detector}' has no model; choose --detector fmp or mediapipe")
