@@ -37,11 +37,11 @@ if TYPE_CHECKING:
         NothingToDraw as NothingToDraw,
     )
     from limner.pipeline import (
-        STYLES as STYLES,
         Portrait as Portrait,
         Settings as Settings,
         draw as draw,
         find_faces as find_faces,
+        refine_face as refine_face,
     )
     from limner.settings import read_toml as read_toml, write_toml as write_toml
     from limner.storage import load as load, save as save
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     )
     from limner.units import parse_length_mm as parse_length_mm, parse_page as parse_page, parse_time_s as parse_time_s
     from limner.vision.edges import canny_edges as canny_edges, gabor_edges as gabor_edges
-    from limner.vision.lines import draw_lines as draw_lines, edges_to_strokes as edges_to_strokes
+    from limner.vision.lines import STYLES as STYLES, draw_lines as draw_lines, edges_to_strokes as edges_to_strokes
     from limner.vision.photo import crop_photo as crop_photo, load_photo as load_photo
     from limner.vision.scale import to_working_scale as to_working_scale
     from limner.vision.skeleton import skeletonize as skeletonize
@@ -75,7 +75,7 @@ _HOMES = {
     "limner.drawing.order": "order",
     "limner.drawing.select": "select",
     "limner.errors": "BadInput CannotDraw DeviceFailed LimnerError MissingExtra NoFace NothingToDraw",
-    "limner.pipeline": "Portrait STYLES Settings draw find_faces",
+    "limner.pipeline": "Portrait Settings draw find_faces refine_face",
     "limner.settings": "read_toml write_toml",
     "limner.storage": "load save",
     "limner.targets.image": "to_png to_rgb",
@@ -84,7 +84,7 @@ _HOMES = {
     "limner.types": "Drawing EdgeMap Face JointTrajectory Page Pen PenPath Photo Strokes",
     "limner.units": "parse_length_mm parse_page parse_time_s",
     "limner.vision.edges": "canny_edges gabor_edges",
-    "limner.vision.lines": "draw_lines edges_to_strokes",
+    "limner.vision.lines": "STYLES draw_lines edges_to_strokes",
     "limner.vision.photo": "crop_photo load_photo",
     "limner.vision.scale": "to_working_scale",
     "limner.vision.skeleton": "skeletonize",

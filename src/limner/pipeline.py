@@ -22,13 +22,12 @@ from limner.errors import BadInput
 from limner.settings import SettingsGroup, group, setting
 from limner.targets import image, svg
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
-from limner.vision.edges import EXTRACTORS
 from limner.vision.landmarks import DetectSettings, choose, detect
-from limner.vision.lines import LineSettings, draw_lines
+from limner.vision.lines import STYLES, LineSettings, draw_lines
 from limner.vision.photo import Box, Source, crop_photo, load_photo
+from limner.vision.refine import BEST, NONE, REFINEMENTS, RefineSettings, refine
 
-STYLES = tuple(EXTRACTORS)
-"""Named ways from photo to strokes."""
+AUTO = "auto"
 
 FORMATS = (".svg", ".png", ".json", ".npz")
 """What a portrait can be saved as."""
@@ -53,6 +52,12 @@ class Settings(LineSettings):
 
     style: str = setting("gabor", "From photo to strokes", choices=STYLES)
     detect: DetectSettings = group(DetectSettings)
+    refine: str = setting(
+        AUTO,
+        f"Corrections of the landmarks, one after the other, joined by commas: {', '.join(REFINEMENTS)}; or none;"
+        " auto = best, and none for landmarks from a file",
+    )
+    refinement: RefineSettings = group(RefineSettings)
     page: PageSettings = group(PageSettings)
     compose: ComposeSettings = group(ComposeSettings)
     clean: CleanSettings = group(CleanSettings)
@@ -67,7 +72,7 @@ class Portrait:
     Attributes:
         photo: as loaded, upright.
         faces: all that were found, largest first.
-        face: the one that was drawn.
+        face: the one that was drawn, its landmarks refined.
         strokes: all that were seen [px].
         drawing: what is drawn of them, on the page [mm], in drawing order.
         page_from_photo: (2, 3) from pixels of the photo to SVG millimetres (y down).
@@ -175,6 +180,29 @@ def find_faces(photo: Photo, settings: Settings | None = None, *, crop: Box | No
     return faces if detection.detector == "file" else tuple(part.from_whole(face, 1) for face in faces)
 
 
+def refinements(settings: Settings) -> str:
+    """The names of the corrections that the settings ask for."""
+    if settings.refine != AUTO:
+        return settings.refine
+    # What stands in a file was placed by hand, or is refined already.
+    return NONE if settings.detect.detector == "file" else BEST
+
+
+def refine_face(photo: Photo, face: Face, settings: Settings | None = None) -> Face:
+    """The face with better landmarks.
+
+    Args:
+        photo: the whole photo.
+        face: found in it.
+        settings: those of ``refine`` and ``refinement`` are used.
+
+    Raises:
+        BadInput: no such correction, a face of a few pixels, or one outside the photo.
+    """
+    settings = settings or Settings()
+    return refine(photo, face, refinements(settings), settings.refinement)
+
+
 def draw(
     source: Source | Photo,
     settings: Settings | None = None,
@@ -191,7 +219,7 @@ def draw(
         settings: of every stage.
         crop: x, y, width, height [px]: look and draw only there.
         number: which face, 1 = the largest.
-        face: draw this one, in the photo's pixels before the crop, instead of looking for one.
+        face: draw this one as it is, in the photo's pixels before the crop, instead of looking for one.
         changes: single settings by name, dots as double underscores: ``style="canny"``, ``points=600``,
             ``gabor__orientations=4``; ``points`` and ``page`` are short for ``select.points`` and ``page.size``.
 
@@ -208,6 +236,8 @@ def draw(
     with clock("face"):
         faces = (face,) if face else find_faces(photo, settings, crop=crop)
         chosen = choose(faces, number, part.photo, settings.detect)
+    with clock("refine"):
+        chosen = chosen if face else refine_face(photo, chosen, settings)
     with clock("lines"):
         strokes = part.to_whole(draw_lines(part.photo, part.from_whole(chosen), settings.style, settings), photo)
     with clock("drawing"):

@@ -9,12 +9,13 @@ import click
 
 from limner import pipeline, storage
 from limner.cli import options
-from limner.pipeline import STYLES, Portrait, Settings
+from limner.pipeline import Portrait, Settings
 from limner.targets.framing import frame_face, frame_photo
 from limner.targets.image import to_rgb
 from limner.targets.overlay import overlay
 from limner.targets.sheet import Tile, to_png, to_sheet
 from limner.vision.landmarks import choose
+from limner.vision.lines import STYLES
 from limner.vision.photo import load_photo
 
 PX_PER_MM = 6.0
@@ -47,6 +48,7 @@ def compare(
     picture = load_photo(photo)
     part = pipeline.Part.of(picture, crop)
     face = choose(pipeline.find_faces(picture, settings, crop=crop), number or 1, part.photo, settings.detect)
+    face = pipeline.refine_face(picture, face, settings)
     portraits = [pipeline.draw(picture, settings.replace(style=style), crop=crop, face=face) for style in STYLES]
     storage.write_whole(out, to_png(to_sheet(tiles(portraits))))
     if as_json:

@@ -13,8 +13,14 @@ from limner.vision.edges import EXTRACTORS, CannySettings, GaborSettings
 from limner.vision.regions import RegionSettings, regions_and_weights
 from limner.vision.scale import ScaleSettings, apply, to_working_scale
 from limner.vision.skeleton import skeletonize
+from limner.vision.spline_style import SplinesSettings, spline_strokes
 from limner.vision.trace import TraceSettings, trace
 from limner.vision.trim import TrimSettings, trim
+
+SPLINES = "splines"
+
+STYLES = (*EXTRACTORS, SPLINES)
+"""Named ways from a photo and a face to strokes."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +30,7 @@ class LineSettings(SettingsGroup):
     scale: ScaleSettings = group(ScaleSettings)
     canny: CannySettings = group(CannySettings)
     gabor: GaborSettings = group(GaborSettings)
+    splines: SplinesSettings = group(SplinesSettings)
     trim: TrimSettings = group(TrimSettings)
     trace: TraceSettings = group(TraceSettings)
     regions: RegionSettings = group(RegionSettings)
@@ -35,7 +42,7 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings) -> 
     Args:
         photo: any size.
         face: a frontal face in it.
-        style: one of ``EXTRACTORS``.
+        style: one of ``STYLES``.
         settings: of every stage.
 
     Returns:
@@ -44,8 +51,10 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings) -> 
     Raises:
         BadInput: no such style, a profile, a face of a few pixels, or one outside the photo.
     """
-    if style not in EXTRACTORS:
-        raise BadInput(f"style: '{style}' does not exist; choose from {', '.join(EXTRACTORS)}")
+    if style not in STYLES:
+        raise BadInput(f"style: '{style}' does not exist; choose from {', '.join(STYLES)}")
+    if style == SPLINES:
+        return spline_strokes(photo, face, settings.splines, settings.regions)
     working = to_working_scale(photo, face, settings.scale)
     edges = EXTRACTORS[style](working.photo, working.face, getattr(settings, style))
     strokes = edges_to_strokes(edges, working.face, settings)

@@ -6,9 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from limner.errors import BadInput
 from limner.settings import SettingsGroup, group
 from limner.types import Face, Photo
+from limner.vision.refine.best import BestSettings, best
 from limner.vision.refine.brows import BrowsSettings, brows
 from limner.vision.refine.eye_corners import EyeCornersSettings, eye_corners
 from limner.vision.refine.jaw_gradient import JawGradientSettings, jaw_gradient
@@ -21,6 +24,7 @@ from limner.vision.refine.shape import ShapeSettings, shape
 class RefineSettings(SettingsGroup):
     """The settings of every correction; each group bears its name, with _ for -."""
 
+    best: BestSettings = group(BestSettings)
     jaw_gradient: JawGradientSettings = group(JawGradientSettings)
     brows: BrowsSettings = group(BrowsSettings)
     jaw_outliers: JawOutliersSettings = group(JawOutliersSettings)
@@ -30,6 +34,7 @@ class RefineSettings(SettingsGroup):
 
 
 REFINEMENTS: dict[str, Callable[[Photo, Face, Any], Face]] = {
+    "best": best,
     "jaw-gradient": jaw_gradient,
     "brows": brows,
     "jaw-outliers": jaw_outliers,
@@ -40,6 +45,7 @@ REFINEMENTS: dict[str, Callable[[Photo, Face, Any], Face]] = {
 """Each takes a photo, a frontal face in it, and its own settings, and gives the face with moved landmarks."""
 
 NONE = "none"
+BEST = "best"
 
 
 def names_of(text: str) -> tuple[str, ...]:
@@ -67,12 +73,38 @@ def refine(photo: Photo, face: Face, names: str, settings: RefineSettings) -> Fa
     Raises:
         BadInput: no such correction, a face of a few pixels, or one outside the photo.
     """
-    chosen = names_of(names)
-    if not face.frontal:
-        return face
-    for name in chosen:
-        face = REFINEMENTS[name](photo, face, getattr(settings, name.replace("-", "_")))
-    return face
+    return refine_in_steps(photo, face, names, settings)[-1].face
 
 
-__all__ = ["NONE", "REFINEMENTS", "RefineSettings", "names_of", "refine"]
+@dataclass(frozen=True)
+class Step:
+    """The face after a correction.
+
+    Attributes:
+        name: of the correction; empty for the face before the first.
+        face: after it; the very face from before where nothing moved (``best`` does so when it is unsure).
+        move: how far the landmarks went on average, in outer-eye distances.
+    """
+
+    name: str
+    face: Face
+    move: float = 0.0
+
+
+def refine_in_steps(photo: Photo, face: Face, names: str, settings: RefineSettings) -> tuple[Step, ...]:
+    """As ``refine``, with the face before and after every correction.
+
+    Raises:
+        BadInput: as ``refine``.
+    """
+    steps = [Step("", face)]
+    for name in names_of(names):
+        if face.frontal:
+            after = REFINEMENTS[name](photo, face, getattr(settings, name.replace("-", "_")))
+            move = float(np.hypot(*(after.points_px - face.points_px).T).mean()) / face.outer_eye_px
+            steps.append(Step(name, after, move))
+            face = after
+    return tuple(steps)
+
+
+__all__ = ["BEST", "NONE", "REFINEMENTS", "RefineSettings", "Step", "names_of", "refine", "refine_in_steps"]
