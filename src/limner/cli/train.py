@@ -12,6 +12,7 @@ from rich.table import Table
 
 from limner.cli import options
 from limner.cli.progress import bars
+from limner.cli.train_refinements import best, shape
 from limner.vision.landmarks.fmp import scenes as fmp_scenes
 from limner.vision.landmarks.fmp.dataset import Sample, read_folder
 from limner.vision.landmarks.fmp.model import save_model
@@ -91,3 +92,7 @@ def learning_curve(rounds: list[dict[str, Any]]) -> Table:
     for k, figures in enumerate(flat, 1):
         table.add_row(str(k), *(f"{figures[name]:.6g}" for name in names))
     return table
+
+
+train.add_command(shape)
+train.add_command(best)

@@ -26,7 +26,11 @@ class BestSettings(SettingsGroup):
     """When the result is believed; lengths in outer-eye distances."""
 
     spread: float = setting(
-        0.045, "two passes that end farther apart on average are not believed", unit="outer-eye distances", low=0, high=1
+        0.045,
+        "two passes that end farther apart on average than this are not believed",
+        unit="outer-eye distances",
+        low=0,
+        high=1,
     )
     move: float = setting(
         0.2, "nor a result this far from the input on average", unit="outer-eye distances", low=0, high=2
