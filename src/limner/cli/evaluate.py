@@ -12,6 +12,7 @@ from rich.table import Table
 
 from limner.cli import options
 from limner.cli.landmarks import landmarks
+from limner.cli.tables import figures, tables
 from limner.evaluate.false_alarms import sample_folder
 from limner.evaluate.speed import Row, measure_speed
 from limner.vision.photo import load_photo
@@ -56,3 +57,5 @@ def astronaut() -> Path:
 
 
 evaluate.add_command(landmarks)
+evaluate.add_command(tables)
+evaluate.add_command(figures)

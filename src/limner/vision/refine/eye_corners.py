@@ -49,7 +49,7 @@ def eye_corners(photo: Photo, face: Face, settings: EyeCornersSettings) -> Face:
         BadInput: a profile, a face of a few pixels, or one that lies outside the photo.
     """
     grey = grey_face(photo, face)
-    corners = _fast(grey.image, settings) if settings.detector == "fast" else _harris(grey.image, settings)
+    corners = fast_corners(grey.image, settings) if settings.detector == "fast" else _harris(grey.image, settings)
     nearest = _nearest(grey.points[EYE_CORNERS], corners, settings.reach * UNIT_PX)
     return put_back(photo, face, grey, EYE_CORNERS, nearest)
 
@@ -61,7 +61,8 @@ def _nearest(points: Floats, corners: Floats, reach_px: float) -> Floats:
     return np.where((far.min(axis=1) <= reach_px)[:, None], corners[far.argmin(axis=1)], points)
 
 
-def _fast(image: Image, settings: EyeCornersSettings) -> Floats:
+def fast_corners(image: Image, settings: EyeCornersSettings) -> Floats:
+    """Corners (n, 2) that FAST finds in a sharpened grey picture [px]."""
     sharp = np.clip(np.rint(filtered(image, SHARPEN)), 0, 255).astype(np.uint8)
     found = cv2.FastFeatureDetector.create(settings.threshold, nonmaxSuppression=True).detect(sharp)
     return np.array([corner.pt for corner in found], np.float64).reshape(-1, 2)
