@@ -35,7 +35,7 @@ class Round:
     Attributes:
         faces, negatives: examples that the weights were solved for.
         new: how many of the negatives this round brought.
-        worst: score of the most face-like new negative before solving; None without any.
+        worst: the highest score of what touches no face, before solving; None when all is far below the margin.
         solution: objective and duality gap.
     """
 
@@ -64,6 +64,10 @@ class Placed(NamedTuple):
     level: int
     component: int
     cells: NDArray[np.int64]
+
+
+Found = list[tuple[int, Negative]]
+"""Negatives, each with the number of its scene."""
 
 
 class Examples:
@@ -98,26 +102,21 @@ class Examples:
         """Place the faces, gather negatives, solve; the first round also sets the scale on which margins are 1."""
         placed = [self._best(face) for face in self.faces]
         right = float(np.percentile([score for score, _ in placed], _FACES_BELOW))
-        found = self._gather(-1.0 if number else -abs(right))
+        found = self._gather(FLOOR if number else -abs(right))
         if number == 0:
-            self._calibrate(right, max([-abs(right), *(negative.found.score for _, negative in found)]))
+            found = self._calibrate(right, found)
         self._put_faces([place for _, place in placed])
-        for scene, negative in found:
+        hard = found if number == 0 else [item for item in found if item[1].found.score >= -1]
+        for scene, negative in hard:
             at = Placed(scene, negative.found.level, negative.found.component, negative.found.cells)
             self._put(at, negative.features, self._group(at))
-        negatives = len(self.problem) - len(self.faces)
-        report = self._solve()
-        worst = max((negative.found.score for _, negative in found), default=None)
-        return Round(len(self.faces), negatives, len(found), worst, report)
+        count, report = len(self.problem) - len(self.faces), self._solve()
+        worst = max((negative.found.score for _, negative in found if negative.clear), default=None)
+        return Round(len(self.faces), count, len(hard), worst, report)
 
     def face_scores(self) -> Floats:
         """Score of each face where it is placed best."""
         return np.array([self._best(face)[0] for face in self.faces])
-
-    def worst_negative(self) -> float:
-        """Score of the most face-like negative that is held, at least -1."""
-        lacks = self.problem.lacks()[len(self.faces) :]
-        return float(lacks.max(initial=0.0)) - 1
 
     def restore(self, start: Floats, placed: Sequence[Placed], groups: Sequence[int], alpha: Floats) -> None:
         """Take up examples, their slacks and dual variables again, with their features computed anew."""
@@ -144,8 +143,8 @@ class Examples:
         score, cells = place(component, self.model.filters, face, self.settings.overlap)
         return score, Placed(0, 0, face.pose, cells)
 
-    def _gather(self, floor: float) -> list[tuple[int, Negative]]:
-        settings, found = self.settings, list[tuple[int, Negative]]()
+    def _gather(self, floor: float) -> Found:
+        settings, found = self.settings, Found()
         for k, scene in enumerate(self.scenes):
             self.watch("negatives", k, len(self.scenes), f"{len(found)} found")
             new = mine(scene, self.model, floor, settings.scene_px, settings.interval, settings.per_scene)
@@ -156,8 +155,13 @@ class Examples:
         self.watch("negatives", len(self.scenes), len(self.scenes), f"{len(found)} found")
         return found
 
-    def _calibrate(self, right: float, wrong: float) -> None:
-        """Scale the first model so that all but a few of the faces score 1 and the most face-like negative -1."""
+    def _calibrate(self, right: float, found: Found) -> Found:
+        """Scale the first model so that all but a few of the faces score 1 and the most face-like negative -1.
+
+        Returns:
+            What was found, with the new scores.
+        """
+        wrong = max((negative.found.score for _, negative in found), default=-abs(right))
         scale = 2 / max(right - wrong, abs(right) / 10, 1e-9)
         components = tuple(
             dataclasses.replace(part, springs=part.springs * scale, bias=1 + (part.bias - right) * scale)
@@ -167,6 +171,7 @@ class Examples:
         self.model = dataclasses.replace(self.model, filters=filters, components=components)
         self.start = self.layout.pack(self.model)
         self.problem = self._empty()
+        return [(scene, negative.scored(1 + (negative.found.score - right) * scale)) for scene, negative in found]
 
     def _put_faces(self, placed: Sequence[Placed]) -> None:
         first = len(self.problem) == 0
@@ -206,6 +211,9 @@ class Examples:
 
 _FACES_BELOW = 5
 """Percentage of the faces that may score below the margin of the first model."""
+
+FLOOR = -2.0
+"""Scenes are searched for what scores higher, to know how far what is no face stays below the margin."""
 
 _SAFE = 0.5
 """A negative that is beyond its margin by this much and holds nothing up is forgotten."""

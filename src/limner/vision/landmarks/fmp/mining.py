@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -31,12 +32,18 @@ class Negative:
     Attributes:
         scene: its name.
         found: where.
+        clear: whether it touches no face at all.
         features: what the weights of its mixture meet there.
     """
 
     scene: str
     found: Detection
+    clear: bool
     features: NDArray[np.float32]
+
+    def scored(self, score: float) -> Negative:
+        """The same with another score."""
+        return dataclasses.replace(self, found=dataclasses.replace(self.found, score=score))
 
 
 def levels(scene: Scene, size_px: int, interval: int, cell_px: int) -> tuple[list[Level], Floats]:
@@ -48,17 +55,19 @@ def levels(scene: Scene, size_px: int, interval: int, cell_px: int) -> tuple[lis
 
 
 def mine(scene: Scene, model: FmpModel, threshold: float, size_px: int, interval: int, most: int) -> list[Negative]:
-    """The ``most`` best wrong configurations of a scene that reach the threshold, best first."""
+    """The ``most`` best wrong configurations of a scene above the threshold, and the best clear one; best first."""
     maps, faces = levels(scene, size_px, interval, model.cell_px)
     found = [negative for level in maps for negative in _mine_level(scene.name, level, model, threshold, faces)]
-    return sorted(found, key=lambda negative: -negative.found.score)[:most]
+    found.sort(key=lambda negative: -negative.found.score)
+    return found[:most] + [negative for negative in found[most:] if negative.clear][:1]
 
 
 def _mine_level(name: str, level: Level, model: FmpModel, threshold: float, faces: Floats) -> Iterator[Negative]:
     everywhere = (2**30, 2**30)
     wrong = [found for found in search_level(level, model, threshold) if not is_right(found, faces)]
     for found in suppress(wrong, everywhere, CROWDED):
-        yield Negative(name, found, features(model.components[found.component], level.features, found.cells))
+        row = features(model.components[found.component], level.features, found.cells)
+        yield Negative(name, found, not _share(found, faces), row)
 
 
 def points_of(found: Detection) -> Floats:
@@ -73,8 +82,13 @@ def box_of(points: Floats) -> Floats:
 
 def is_right(found: Detection, faces: Floats) -> bool:
     """Whether a configuration lies on a face."""
+    return _share(found, faces) > RIGHT
+
+
+def _share(found: Detection, faces: Floats) -> float:
+    """The largest overlap of a configuration with a face."""
     box = box_of(points_of(found))
-    return any(overlap(box, face) > RIGHT for face in faces)
+    return max((overlap(box, face) for face in faces), default=0.0)
 
 
 def overlap(a: NDArray[Any], b: NDArray[Any]) -> float:

@@ -15,7 +15,7 @@ from limner.errors import BadInput
 from limner.types import Floats
 from limner.vision.landmarks.fmp import checkpoint, initial
 from limner.vision.landmarks.fmp.dataset import Sample, completed
-from limner.vision.landmarks.fmp.examples import Examples, Round, Watch, silent
+from limner.vision.landmarks.fmp.examples import FLOOR, Examples, Round, Watch, silent
 from limner.vision.landmarks.fmp.hog import CHANNELS
 from limner.vision.landmarks.fmp.mining import levels
 from limner.vision.landmarks.fmp.model import Component, FmpModel
@@ -131,8 +131,9 @@ def _finished(
 ) -> Trained:
     """The model, with its threshold between the scores of the negatives and of the faces."""
     scores, settings = examples.face_scores(), examples.settings
-    faces, negatives = float(np.percentile(scores, 5)), examples.worst_negative()
-    threshold = negatives + settings.caution * (faces - negatives)
+    faces, worst = float(np.percentile(scores, 5)), rounds[-1].worst
+    worst = min(faces, FLOOR if worst is None else worst)
+    threshold = worst + settings.caution * (faces - worst)
     sources = Counter(f"{sample.path.parent.parent.name}/{sample.path.parent.name}" for sample in samples)
     meta = {"faces": dict(sources), "settings": settings.to_dict(), "rounds": [item.to_dict() for item in rounds]}
     model = dataclasses.replace(examples.model, threshold=threshold, name="fmp", meta=meta)
