@@ -50,7 +50,7 @@ def compare(
     face = choose(pipeline.find_faces(picture, settings, crop=crop), number or 1, part.photo, settings.detect)
     face = pipeline.refine_face(picture, face, settings)
     portraits = [pipeline.draw(picture, settings.replace(style=style), crop=crop, face=face) for style in STYLES]
-    storage.write_whole(out, to_png(to_sheet(tiles(portraits))))
+    storage.write_whole(out, to_png(to_sheet(tiles(portraits), columns=5)))
     if as_json:
         click.echo(json.dumps({"out": [out], "styles": [portrait.report() for portrait in portraits]}))
     else:

@@ -50,6 +50,7 @@ def measure_speed(photo: Photo, runs: int = 5) -> Iterator[Row]:
     """
     small, large = framed(photo, SMALL_PX), framed(photo, LARGE_PX)
     face = pipeline.find_faces(small)[0]
+    yield Row("refine landmarks", _median_ms(partial(pipeline.refine_face, small, face), runs), "ms", 40.0)
     for style, goal in (("canny", 150.0), ("gabor", 300.0)):
         settings = Settings(style=style)
         median = _median_ms(partial(pipeline.draw, small, settings, face=face), runs)
