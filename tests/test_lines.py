@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+import limner
 from limner.errors import BadInput
 from limner.types import EdgeMap, Face, Photo
 from limner.vision.edges import EXTRACTORS
@@ -130,4 +131,4 @@ def test_an_unknown_style_and_a_profile_are_refused():
 
 
 def test_every_style_has_its_group_of_settings():
-    assert all(hasattr(SETTINGS, style) for style in STYLES)
+    assert all(SETTINGS.of_style(style) for style in limner.STYLES)

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     )
     from limner.pipeline import (
         Portrait as Portrait,
+        Session as Session,
         Settings as Settings,
         draw as draw,
         find_faces as find_faces,
@@ -75,7 +76,7 @@ _HOMES = {
     "limner.drawing.order": "order",
     "limner.drawing.select": "select",
     "limner.errors": "BadInput CannotDraw DeviceFailed LimnerError MissingExtra NoFace NothingToDraw",
-    "limner.pipeline": "Portrait Settings draw find_faces refine_face",
+    "limner.pipeline": "Portrait Session Settings draw find_faces refine_face",
     "limner.settings": "read_toml write_toml",
     "limner.storage": "load save",
     "limner.targets.image": "to_png to_rgb",

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +17,7 @@ from limner.drawing.order import OrderSettings, order
 from limner.drawing.select import SelectSettings, select
 from limner.errors import BadInput
 from limner.settings import SettingsGroup, group, setting
+from limner.stages import Stages
 from limner.targets import image, svg
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
 from limner.vision.landmarks import DetectSettings, choose, detect
@@ -77,7 +75,7 @@ class Portrait:
         drawing: what is drawn of them, on the page [mm], in drawing order.
         page_from_photo: (2, 3) from pixels of the photo to SVG millimetres (y down).
         settings: in force.
-        seconds: spent in each stage.
+        seconds: spent in each stage; next to none where its result was kept from the drawing before.
     """
 
     photo: Photo
@@ -173,7 +171,10 @@ def find_faces(photo: Photo, settings: Settings | None = None, *, crop: Box | No
     Raises:
         BadInput: the detector's model or file cannot be used, or the crop leaves the photo.
     """
-    detection = (settings or Settings()).detect
+    return _faces_in(photo, (settings or Settings()).detect, crop)
+
+
+def _faces_in(photo: Photo, detection: DetectSettings, crop: Box | None) -> tuple[Face, ...]:
     part = Part.of(photo, crop)
     faces = detect(part.photo, detection)
     # A file holds faces of the whole photo, whatever part of it is looked at.
@@ -203,6 +204,51 @@ def refine_face(photo: Photo, face: Face, settings: Settings | None = None) -> F
     return refine(photo, face, refinements(settings), settings.refinement)
 
 
+class Session:
+    """A photo, drawn as often as one likes: a changed setting costs only what follows it.
+
+    It keeps the photo and the last result of each stage. Files that settings name (landmarks, models) count as the
+    same while their names are. One drawing at a time.
+    """
+
+    def __init__(self, source: Source | Photo, keep: int = 1) -> None:
+        """Take a photo; it is read for the first drawing.
+
+        Args:
+            source: a photo, or anything ``load_photo`` reads.
+            keep: how many results of each stage are held, the latest.
+        """
+        self._source = source
+        self._stages = Stages(keep)
+
+    def draw(
+        self,
+        settings: Settings | None = None,
+        *,
+        crop: Box | None = None,
+        number: int = 1,
+        face: Face | None = None,
+        **changes: Any,
+    ) -> Portrait:
+        """Draw the person: arguments, result and errors are those of ``limner.draw``."""
+        settings, stages = changed(settings or Settings(), changes), self._stages
+        photo = stages("photo", _loaded, self._source)
+        part = stages("crop", Part.of, photo, crop)
+        faces = (face,) if face else stages("face", _faces_in, photo, settings.detect, crop)
+        chosen = choose(faces, number, part.photo, settings.detect)
+        if not face:
+            chosen = stages("refine", refine, photo, chosen, refinements(settings), settings.refinement)
+        strokes = draw_lines(part.photo, part.from_whole(chosen), settings.style, settings, stages)
+        strokes = part.to_whole(strokes, photo)
+        page, pen = settings.page.page(), Pen(settings.page.pen_mm)
+        placed = stages("compose", compose, strokes, page, settings.compose, pen)
+        cleaned = stages("clean", clean, placed, settings.clean)
+        selected = stages("select", select, cleaned, settings.select)
+        drawing = stages("order", order, selected, settings.order)
+        affine = page_from_photo(strokes, page, settings.compose, pen)
+        return Portrait(photo, faces, chosen, strokes, drawing, affine, settings, stages.take_seconds())
+
+
 def draw(
     source: Source | Photo,
     settings: Settings | None = None,
@@ -212,7 +258,7 @@ def draw(
     face: Face | None = None,
     **changes: Any,
 ) -> Portrait:
-    """Draw the person in a photo.
+    """Draw the person in a photo, once; a ``Session`` draws it again and again.
 
     Args:
         source: a photo, or anything ``load_photo`` reads.
@@ -228,24 +274,7 @@ def draw(
         NoFace: there is no such face.
         NothingToDraw: no line was found.
     """
-    settings = changed(settings or Settings(), changes)
-    clock = _Clock()
-    with clock("photo"):
-        photo = source if isinstance(source, Photo) else load_photo(source)
-        part = Part.of(photo, crop)
-    with clock("face"):
-        faces = (face,) if face else find_faces(photo, settings, crop=crop)
-        chosen = choose(faces, number, part.photo, settings.detect)
-    with clock("refine"):
-        chosen = chosen if face else refine_face(photo, chosen, settings)
-    with clock("lines"):
-        strokes = part.to_whole(draw_lines(part.photo, part.from_whole(chosen), settings.style, settings), photo)
-    with clock("drawing"):
-        page, pen = settings.page.page(), Pen(settings.page.pen_mm)
-        placed = compose(strokes, page, settings.compose, pen)
-        drawing = order(select(clean(placed, settings.clean), settings.select), settings.order)
-    affine = page_from_photo(strokes, page, settings.compose, pen)
-    return Portrait(photo, faces, chosen, strokes, drawing, affine, settings, clock.seconds)
+    return Session(source).draw(settings, crop=crop, number=number, face=face, **changes)
 
 
 def changed(settings: Settings, changes: dict[str, Any]) -> Settings:
@@ -256,14 +285,5 @@ def changed(settings: Settings, changes: dict[str, Any]) -> Settings:
     return settings
 
 
-class _Clock:
-    """Seconds spent in each stage."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-
-    @contextmanager
-    def __call__(self, stage: str) -> Iterator[None]:
-        start = time.perf_counter()
-        yield
-        self.seconds[stage] = time.perf_counter() - start
+def _loaded(source: Source | Photo) -> Photo:
+    return source if isinstance(source, Photo) else load_photo(source)

@@ -60,7 +60,7 @@ class Value:
         if type(other) is not type(self):
             return NotImplemented
         fields = dataclasses.fields(self)  # type: ignore[arg-type]
-        return all(_same(getattr(self, f.name), getattr(other, f.name)) for f in fields)
+        return all(same(getattr(self, f.name), getattr(other, f.name)) for f in fields)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -68,11 +68,14 @@ class Value:
         object.__setattr__(self, name, value)
 
 
-def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, np.ndarray):
-        return bool(np.array_equal(a, b))
+def same(a: Any, b: Any) -> bool:
+    """Whether two values have one content: values of this file, arrays, tuples, anything with ==."""
+    if a is b:
+        return True
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return type(a) is type(b) and bool(np.array_equal(a, b))
     if isinstance(a, tuple) and isinstance(b, tuple):
-        return len(a) == len(b) and all(map(_same, a, b))
+        return len(a) == len(b) and all(map(same, a, b))
     return bool(a == b)
 
 

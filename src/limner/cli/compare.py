@@ -14,9 +14,7 @@ from limner.targets.framing import frame_face, frame_photo
 from limner.targets.image import to_rgb
 from limner.targets.overlay import overlay
 from limner.targets.sheet import Tile, to_png, to_sheet
-from limner.vision.landmarks import choose
 from limner.vision.lines import STYLES
-from limner.vision.photo import load_photo
 
 PX_PER_MM = 6.0
 """Resolution of the tiles; a sheet shows an A5 page about half as large."""
@@ -45,11 +43,8 @@ def compare(
     settings = options.chosen_settings(ctx, Settings, save_settings)
     out = out or f"{options.stem(photo)}-styles.png"
     options.check_suffix(out, ".png")
-    picture = load_photo(photo)
-    part = pipeline.Part.of(picture, crop)
-    face = choose(pipeline.find_faces(picture, settings, crop=crop), number or 1, part.photo, settings.detect)
-    face = pipeline.refine_face(picture, face, settings)
-    portraits = [pipeline.draw(picture, settings.replace(style=style), crop=crop, face=face) for style in STYLES]
+    session = pipeline.Session(photo)
+    portraits = [session.draw(settings.replace(style=style), crop=crop, number=number or 1) for style in STYLES]
     storage.write_whole(out, to_png(to_sheet(tiles(portraits), columns=5)))
     if as_json:
         click.echo(json.dumps({"out": [out], "styles": [portrait.report() for portrait in portraits]}))

@@ -1,13 +1,27 @@
-"""A photo and a face go in; the strokes of a line portrait come out (thesis 3.1, 3.5, 4.3)."""
+"""A photo and a face go in; the strokes of a line portrait come out (thesis 3.1, 3.5, 4.3).
+
+How a style plugs in. Its settings are a group of ``LineSettings`` that bears its name, with _ for -. It is either
+
+- an extractor (in ``edges.EXTRACTORS``): photo at the working scale, face, its settings -> edge map, which is trimmed,
+  thinned and traced as everybody's; or
+- a way of its own (in ``OWN_WAYS``): photo, face, all ``LineSettings``, stages -> strokes of the photo, the heaviest
+  first.
+
+What costs time goes through ``stages(name, function, *inputs)``, each with no more than the settings it needs: then a
+changed setting costs only what follows it.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from limner.errors import BadInput
 from limner.settings import SettingsGroup, group
+from limner.stages import Stages
 from limner.types import EdgeMap, Face, Photo, Strokes
 from limner.vision.edges import EXTRACTORS, CannySettings, GaborSettings
 from limner.vision.regions import RegionSettings, regions_and_weights
@@ -17,15 +31,10 @@ from limner.vision.spline_style import SplinesSettings, spline_strokes
 from limner.vision.trace import TraceSettings, trace
 from limner.vision.trim import TrimSettings, trim
 
-SPLINES = "splines"
-
-STYLES = (*EXTRACTORS, SPLINES)
-"""Named ways from a photo and a face to strokes."""
-
 
 @dataclass(frozen=True)
 class LineSettings(SettingsGroup):
-    """Everything between a photo and its strokes; an extractor's group bears the name of its style."""
+    """Everything between a photo and its strokes; a style's group bears its name, with _ for -."""
 
     scale: ScaleSettings = group(ScaleSettings)
     canny: CannySettings = group(CannySettings)
@@ -35,8 +44,23 @@ class LineSettings(SettingsGroup):
     trace: TraceSettings = group(TraceSettings)
     regions: RegionSettings = group(RegionSettings)
 
+    def of_style(self, style: str) -> Any:
+        """The group of a style."""
+        return getattr(self, style.replace("-", "_"))
 
-def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings) -> Strokes:
+
+def _splines(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
+    return stages("splines", spline_strokes, photo, face, settings.splines, settings.regions)
+
+
+OWN_WAYS: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {"splines": _splines}
+"""Styles that are more than an extractor."""
+
+STYLES = (*EXTRACTORS, *OWN_WAYS)
+"""Named ways from a photo and a face to strokes."""
+
+
+def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings, stages: Stages | None = None) -> Strokes:
     """Strokes of a photo, the heaviest first.
 
     Args:
@@ -44,6 +68,7 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings) -> 
         face: a frontal face in it.
         style: one of ``STYLES``.
         settings: of every stage.
+        stages: what remembers the stages of earlier drawings; not given: all is done anew.
 
     Returns:
         Strokes in the pixels of the photo; none where nothing is seen.
@@ -53,29 +78,36 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings) -> 
     """
     if style not in STYLES:
         raise BadInput(f"style: '{style}' does not exist; choose from {', '.join(STYLES)}")
-    if style == SPLINES:
-        return spline_strokes(photo, face, settings.splines, settings.regions)
-    working = to_working_scale(photo, face, settings.scale)
-    edges = EXTRACTORS[style](working.photo, working.face, getattr(settings, style))
-    strokes = edges_to_strokes(edges, working.face, settings)
+    stages = stages or Stages()
+    if style in OWN_WAYS:
+        return OWN_WAYS[style](photo, face, settings, stages)
+    working = stages("scale", to_working_scale, photo, face, settings.scale)
+    edges = stages("edges", EXTRACTORS[style], working.photo, working.face, settings.of_style(style))
+    strokes = edges_to_strokes(edges, working.face, settings, stages)
     lines = tuple(apply(working.photo_from_working, line) for line in strokes.lines_px)
     return Strokes(lines, strokes.region, strokes.weight, photo.size_px)
 
 
-def edges_to_strokes(edges: EdgeMap, face: Face, settings: LineSettings) -> Strokes:
+def edges_to_strokes(edges: EdgeMap, face: Face, settings: LineSettings, stages: Stages | None = None) -> Strokes:
     """Trim an edge map, thin it, trace it and say what each line belongs to; the heaviest stroke comes first.
 
     Args:
         edges: of a photo at the working scale.
         face: in that photo.
         settings: those of trim, trace and regions are used.
+        stages: as for ``draw_lines``.
 
     Returns:
         Strokes in the pixels of the edge map.
     """
-    mask = trim(edges, face, settings.trim).mask
-    lines = trace(skeletonize(mask), settings.trace, mask)
-    regions, weights = regions_and_weights(lines, edges, face, settings.regions)
+    stages = stages or Stages()
+    trimmed = stages("trim", trim, edges, face, settings.trim)
+    return stages("trace", _traced, trimmed, face, settings.trace, settings.regions)
+
+
+def _traced(edges: EdgeMap, face: Face, settings: TraceSettings, importance: RegionSettings) -> Strokes:
+    lines = trace(skeletonize(edges.mask), settings, edges.mask)
+    regions, weights = regions_and_weights(lines, edges, face, importance)
     order = np.argsort(-weights, kind="stable")
     height, width = edges.mask.shape
     return Strokes(tuple(lines[i] for i in order), tuple(regions[i] for i in order), weights[order], (width, height))
