@@ -24,11 +24,12 @@ ALLOWED = {
     "geometry": {"errors", "types"},
     "vision": BASE,
     "drawing": BASE,
+    "motion": BASE,
     "targets": BASE,
-    "pipeline": BASE | {"vision", "drawing", "targets"},
-    "evaluate": BASE | {"vision", "drawing", "pipeline", "targets"},
-    "cli": BASE | {"vision", "drawing", "pipeline", "targets", "evaluate"},
-    "__init__": BASE | {"vision", "drawing", "pipeline", "targets"},
+    "pipeline": BASE | {"vision", "drawing", "motion", "targets"},
+    "evaluate": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
+    "cli": BASE | {"vision", "drawing", "motion", "pipeline", "targets", "evaluate"},
+    "__init__": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
     "__main__": {"cli"},
 }
 # Packages that cost time or are optional: the only places that may name them.

@@ -36,6 +36,9 @@ if TYPE_CHECKING:
         NoFace as NoFace,
         NothingToDraw as NothingToDraw,
     )
+    from limner.motion.cost import Costs as Costs, costs as costs
+    from limner.motion.machine import Machine as Machine, load_machine as load_machine
+    from limner.motion.pen import plan as plan
     from limner.pipeline import (
         Portrait as Portrait,
         Session as Session,
@@ -46,6 +49,7 @@ if TYPE_CHECKING:
     )
     from limner.settings import read_toml as read_toml, write_toml as write_toml
     from limner.storage import load as load, save as save
+    from limner.targets.files import read_drawing as read_drawing
     from limner.targets.image import to_png as to_png, to_rgb as to_rgb
     from limner.targets.svg import to_svg as to_svg
     from limner.targets.svg_read import read_svg as read_svg
@@ -76,9 +80,13 @@ _HOMES = {
     "limner.drawing.order": "order",
     "limner.drawing.select": "select",
     "limner.errors": "BadInput CannotDraw DeviceFailed LimnerError MissingExtra NoFace NothingToDraw",
+    "limner.motion.cost": "Costs costs",
+    "limner.motion.machine": "Machine load_machine",
+    "limner.motion.pen": "plan",
     "limner.pipeline": "Portrait Session Settings draw find_faces refine_face",
     "limner.settings": "read_toml write_toml",
     "limner.storage": "load save",
+    "limner.targets.files": "read_drawing",
     "limner.targets.image": "to_png to_rgb",
     "limner.targets.svg": "to_svg",
     "limner.targets.svg_read": "read_svg",

@@ -15,10 +15,9 @@ from limner.drawing.compose import ComposeSettings, compose, page_from_photo
 from limner.drawing.measure import measure
 from limner.drawing.order import OrderSettings, order
 from limner.drawing.select import SelectSettings, select
-from limner.errors import BadInput
 from limner.settings import SettingsGroup, group, setting
 from limner.stages import Stages
-from limner.targets import image, svg
+from limner.targets.files import FORMATS as FORMATS, check_format as check_format, to_bytes
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
 from limner.vision.landmarks import DetectSettings, choose, detect
 from limner.vision.lines import STYLES, LineSettings, draw_lines
@@ -26,9 +25,6 @@ from limner.vision.photo import Box, Source, crop_photo, load_photo
 from limner.vision.refine import BEST, NONE, REFINEMENTS, RefineSettings, refine
 
 AUTO = "auto"
-
-FORMATS = (".svg", ".png", ".json", ".npz")
-"""What a portrait can be saved as."""
 
 
 @dataclass(frozen=True)
@@ -89,21 +85,19 @@ class Portrait:
 
     def svg(self) -> bytes:
         """The drawing as SVG, settings and version inside."""
-        return svg.to_svg(self.drawing, {"limner": __version__, "settings": self.settings.to_dict()})
+        return to_bytes(self.drawing, ".svg", self.about())
+
+    def about(self) -> dict[str, Any]:
+        """How it was made, as its file says."""
+        return {"limner": __version__, "settings": self.settings.to_dict()}
 
     def save(self, path: str | Path) -> None:
-        """Write the drawing as .svg or .png, or as .json or .npz of its fields.
+        """Write the drawing as the file's suffix says, one of ``FORMATS``.
 
         Raises:
             BadInput: another suffix, or the file cannot be written.
         """
-        suffix = check_format(path)
-        if suffix == ".svg":
-            storage.write_whole(path, self.svg())
-        elif suffix == ".png":
-            storage.write_whole(path, image.to_png(self.drawing))
-        else:
-            storage.save(self.drawing, path)
+        storage.write_whole(path, to_bytes(self.drawing, check_format(path), self.about()))
 
     def report(self) -> dict[str, Any]:
         """What ``limner draw --json`` prints."""
@@ -116,18 +110,6 @@ class Portrait:
             "seconds": self.seconds | {"total": sum(self.seconds.values())},
             "settings": self.settings.to_dict(),
         }
-
-
-def check_format(path: str | Path) -> str:
-    """The path's suffix, if a portrait can be saved as that.
-
-    Raises:
-        BadInput: it cannot.
-    """
-    suffix = Path(path).suffix.lower()
-    if suffix not in FORMATS:
-        raise BadInput(f"{path}: cannot save as '{suffix}'; choose {', '.join(FORMATS)}")
-    return suffix
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ COMMANDS = {
     "draw": ("limner.cli.draw", "Draw the person in a photo as ordered pen strokes."),
     "face": ("limner.cli.face", "Find the faces in a photo and their landmarks."),
     "compare": ("limner.cli.compare", "Draw a photo in every style, side by side on one sheet."),
+    "plan": ("limner.cli.plan", "Tell how long a machine draws, and show it."),
     "train": ("limner.cli.train", "Train the models that limner ships."),
     "evaluate": ("limner.cli.evaluate", "Measure accuracy and speed."),
 }

@@ -1,0 +1,102 @@
+"""``limner plan``: a drawing and a machine in, its time and travel out, and a film of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+
+from limner import storage, units
+from limner.cli import machines, options
+from limner.errors import BadInput
+from limner.motion.cost import Costs, costs
+from limner.motion.machine import load_machine
+from limner.motion.pen import plan as plan_path
+from limner.targets import animation, files, movie
+from limner.types import Drawing, PenPath
+
+MOVIES: dict[str, Callable[[Drawing, PenPath, float], bytes]] = {
+    ".gif": movie.to_gif,
+    ".mp4": movie.to_mp4,
+    ".svg": animation.to_animated_svg,
+}
+"""What a film can be saved as."""
+
+
+@click.command(
+    short_help="Tell how long a machine draws, and show it.",
+    help=f"""Tell how long a machine needs for DRAWING, and show it.
+
+    {machines.READS}""",
+)
+@machines.drawing_argument
+@machines.machine_option
+@machines.fit_option
+@click.option(
+    "--out",
+    "-o",
+    multiple=True,
+    metavar="FILE",
+    help=f"Write the drawing: {', '.join(files.FORMATS)}; may be repeated.",
+)
+@click.option("--movie", "film", metavar="FILE", help=f"Write a film of the drawing being drawn: {', '.join(MOVIES)}.")
+@click.option("--movie-time", default="10s", metavar="TIME", help="Length of the film. Default: 10s.")
+@click.option("--path", "path_file", metavar="FILE", help="Write where the pen is at which time: .json or .npz.")
+@options.json_option
+def plan(
+    drawing: str,
+    machine: str | None,
+    shrink: bool,
+    out: tuple[str, ...],
+    film: str | None,
+    movie_time: str,
+    path_file: str | None,
+    as_json: bool,
+) -> None:
+    """See ``help`` above, which names the formats."""
+    for file in out:
+        files.check_format(file)
+    if film is not None and Path(film).suffix.lower() not in MOVIES:
+        raise BadInput(f"{film}: cannot save a film as '{Path(film).suffix}'; choose {', '.join(MOVIES)}")
+    film_s = units.parse_time_s(movie_time, "--movie-time")
+    mover = load_machine(machine or "axidraw")
+    placed = machines.placed(drawing, mover, shrink)
+    told = costs(placed, mover)
+    for file in out:
+        storage.write_whole(file, files.to_bytes(placed, files.check_format(file)))
+    if film is not None or path_file is not None:
+        path = plan_path(placed, mover)
+        if film is not None:
+            storage.write_whole(film, MOVIES[Path(film).suffix.lower()](placed, path, film_s))
+        if path_file is not None:
+            storage.save(path, path_file)
+    written = [*out, *filter(None, (film, path_file))]
+    if as_json:
+        click.echo(json.dumps({**dataclasses.asdict(told), "machine": mover.to_dict(), "out": written}))
+    else:
+        click.echo(summary(told, mover.name), err=True)
+        for file in written:
+            click.echo(file, err=True)
+
+
+def summary(told: Costs, machine: str) -> str:
+    """What it costs, in two lines."""
+    return (
+        f"{machine}: {clock(told.seconds)} for {told.strokes} strokes and {told.points} points:"
+        f" {clock(told.draw_s)} drawing {told.ink_mm / 1000:.2f} m of ink,"
+        f" {clock(told.travel_s)} on {told.travel_mm / 1000:.2f} m between strokes,"
+        f" {clock(told.lift_s)} for {told.lifts} lifts"
+    )
+
+
+def clock(seconds: float) -> str:
+    """Seconds as one says them: 42 s, 3:05 min, 1:02:03 h."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60}:{whole % 60:02d} min"
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d} h"
