@@ -13,7 +13,9 @@ from pathlib import Path
 
 import pytest
 
+from drawings import of
 from limner.cli.evaluate import astronaut
+from limner.targets.svg import to_svg
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
@@ -33,8 +35,9 @@ COMMANDS = [
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder with the photo me.jpg in it, to be in."""
+    """A folder with the photo me.jpg and some drawing me.svg in it, to be in."""
     shutil.copy(astronaut(), tmp_path / "me.jpg")
+    (tmp_path / "me.svg").write_bytes(to_svg(of([[20, 20], [60, 90]])))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -46,8 +49,9 @@ def test_there_is_something_to_test():
 
 @pytest.mark.parametrize("line", COMMANDS)
 def test_every_command_runs(folder, line):
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
     subprocess.run([sys.executable, "-m", *shlex.split(line)], check=True, env=os.environ | {"PYTHONWARNINGS": "error"})
-    assert len(list(folder.iterdir())) > 1
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} != before
 
 
 @pytest.mark.parametrize("code", blocks("python"))
