@@ -1,94 +1,242 @@
-"""A sequence of strokes by their two ends goes in; a shorter one, some of them turned round, comes out."""
+"""Ends of strokes in the order of a tour go in; shorter tours through the same strokes come out.
+
+A tour is a row of places 0, 1, 2, ... with two for each stroke: it is entered at the even place and left at the odd
+one. Where the pen comes from and goes to stands at both ends of the row and stays there. A move cuts the row into
+pieces and puts two or three of them together anew, some of them turned round.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from limner.drawing.neighbours import nearest
 from limner.types import Floats
 
-Places = NDArray[np.complex128]
+Pieces = tuple[tuple[int, int, bool], ...]
+"""Runs of places, first and last included, and whether each is turned round; together they fill one run anew."""
 
-_LONGEST_BLOCK = 3
-_GAIN = 1e-9
+_NEAR = 10
+_NEAR_AT_SECOND = 5
+_LEAST_GAIN = 1e-9
+_ROUNDING = 1e-12
+_LONGEST_RUN = 30
 
 
-@dataclass
 class Tour:
-    """Strokes in the order in which they are drawn, between two stays at home; changed in place.
+    """A tour that can be changed, and changed back.
 
-    Attributes:
-        begin, end: (n + 2,) where each stroke begins and ends, x + i y; the first and last are home.
-        stroke: (n,) which stroke stands there.
-        flipped: (n,) whether it is drawn backwards.
+    Args:
+        ends: (2 n, 2) where the tour ends and where it starts, then begin and end of each stroke.
+        row: the ends as a tour: two for each stroke, 0 and 1 first.
+        longest: no move may touch more places than this, so that one move costs little on a huge tour.
     """
 
-    begin: Places
-    end: Places
-    stroke: NDArray[np.int64]
-    flipped: NDArray[np.bool_]
+    def __init__(self, ends: Floats, row: list[int], longest: int) -> None:
+        n = len(ends)
+        # The end of the row is another place than its start, if only in name.
+        self.row = [*row, n, n + 1]
+        self.at = [0] * (n + 2)
+        for place, end in enumerate(self.row):
+            self.at[end] = place
+        ends = np.concatenate([ends, ends[:1], ends[:1]])
+        self.where: list[complex] = (ends @ [1, 1j]).tolist()
+        self.near = _near(ends)
+        self.longest = longest
+        self.remember = False
+        self.undo: list[tuple[int, list[int]]] = []
 
-    @classmethod
-    def of(cls, lines: Sequence[Floats], home: Floats) -> Tour:
-        """The strokes as they stand."""
-        begin = np.array([home, *(line[0] for line in lines), home]) @ [1, 1j]
-        end = np.array([home, *(line[-1] for line in lines), home]) @ [1, 1j]
-        return cls(begin, end, np.arange(len(lines)), np.zeros(len(lines), bool))
+    def length(self) -> float:
+        """Of all hops."""
+        places = np.array(self.where)[self.row]
+        return float(np.abs(places[2::2] - places[1:-1:2]).sum())
 
-    def reverse(self, i: int, j: int) -> None:
-        """Draw the strokes i..j (from 1, both included) in the opposite order and direction."""
-        part = slice(i, j + 1)
-        self.begin[part], self.end[part] = self.end[part][::-1].copy(), self.begin[part][::-1].copy()
-        part = slice(i - 1, j)
-        self.stroke[part] = self.stroke[part][::-1].copy()
-        self.flipped[part] = ~self.flipped[part][::-1]
+    def settle(self, todo: Iterable[int]) -> float:
+        """Make moves that begin at the given ends, and at those that the moves touch, until none gains.
+
+        Returns:
+            What was gained.
+        """
+        queue = list(todo)
+        waiting = set(queue)
+        gained = 0.0
+        k = 0
+        while k < len(queue):
+            end = queue[k]
+            k += 1
+            waiting.discard(end)
+            gain, pieces = self._best(end)
+            while gain > _LEAST_GAIN:
+                gained += gain
+                for touched in self.make(pieces):
+                    if touched not in waiting:
+                        waiting.add(touched)
+                        queue.append(touched)
+                gain, pieces = self._best(end)
+        return gained
+
+    def make(self, pieces: Pieces) -> list[int]:
+        """Put the pieces together; the ends at their seams are returned."""
+        row, at = self.row, self.at
+        low = min(first for first, _, _ in pieces)
+        new: list[int] = []
+        seams = [row[low - 1]]
+        for first, last, turned in pieces:
+            part = row[first : last + 1]
+            new += part[::-1] if turned else part
+            seams += [row[first], row[last]]
+        high = low + len(new)
+        seams.append(row[high])
+        if self.remember:
+            self.undo.append((low, row[low:high]))
+        row[low:high] = new
+        for place, end in enumerate(new, low):
+            at[end] = place
+        return seams
+
+    def back(self) -> None:
+        """Undo every move since ``undo`` was last cleared."""
+        for low, old in reversed(self.undo):
+            self.row[low : low + len(old)] = old
+            for place, end in enumerate(old, low):
+                self.at[end] = place
+        self.undo.clear()
+
+    def hop(self, place: int) -> float:
+        """Length of the hop from an odd place to the next."""
+        return abs(self.where[self.row[place]] - self.where[self.row[place + 1]])
+
+    def _best(self, end: int) -> tuple[float, Pieces]:
+        """The best move that replaces the hop at this end, and what it gains; 0 when none does.
+
+        Hops are replaced one after another as long as what is saved outweighs what is added (Lin & Kernighan 1973,
+        doi:10.1287/opre.21.2.498), to a depth of three.
+        """
+        last = len(self.row) - 1
+        place = self.at[end]
+        if place in (0, last):
+            return 0.0, ()
+        if place & 1:
+            return self._search(0, 1, place)
+        # Seen from an end where a stroke is entered the row runs backwards.
+        gain, pieces = self._search(last, -1, last - place)
+        return gain, tuple((last - high, last - low, turned) for low, high, turned in reversed(pieces))
+
+    def _search(self, base: int, sign: int, p: int) -> tuple[float, Pieces]:
+        """The best move that replaces the hop from place p (odd), the row seen as ``row[base + sign * place]``.
+
+        The hop a-b at p goes for one from a to a near c; then the hop at c has to go, too. Where c is left (odd) the
+        hop c-d follows, the run between turns round, and b-d closes the gap; where c is entered (even) the run is cut
+        out. In either case a third hop may come in: from d to a near e, in place of e-f, and b-f closes the gap.
+        """
+        row, at, where = self.row, self.at, self.where
+        za, zb = where[row[base + sign * p]], where[row[base + sign * (p + 1)]]
+        old = abs(za - zb)
+        best = 0.0
+        pieces: Pieces = ()
+        for c in self.near[row[base + sign * p]]:
+            zc = where[c]
+            saved = old - abs(za - zc)
+            if saved <= _ROUNDING:
+                break
+            q = base + sign * at[c]
+            step = 1 if q & 1 else -1
+            d = row[base + sign * (q + step)]
+            zd = where[d]
+            saved += abs(zc - zd)
+            if step == 1:
+                gain = saved - abs(zb - zd)
+                if gain > best and abs(q - p) <= self.longest:
+                    best, pieces = gain, (((p + 1, q, True) if q > p else (q + 1, p, True)),)
+            for e in self.near[d][:_NEAR_AT_SECOND]:
+                ze = where[e]
+                still = saved - abs(zd - ze)
+                if still <= best:
+                    break
+                r = base + sign * at[e]
+                found = _turned(p, q, r) if step == 1 else _cut(p, q, r)
+                if found is None:
+                    continue
+                zf = where[row[base + sign * (r + (1 if r & 1 else -1))]]
+                gain = still + abs(ze - zf) - abs(zf - zb)
+                if gain > best and max(found[0][1], found[1][1]) - min(found[0][0], found[1][0]) < self.longest:
+                    best, pieces = gain, found
+        return best, pieces
 
 
-def improve(tour: Tour) -> Tour:
-    """One round of 2-opt and of Or-opt over all strokes (Or 1976: move up to three to a better place)."""
-    n = len(tour.stroke)
-    for i in range(1, n + 1):
-        _reverse_best(tour, i)
-    for block in range(1, min(_LONGEST_BLOCK, n - 1) + 1):
-        for i in range(1, n - block + 2):
-            _move_best(tour, i, i + block - 1)
-    return tour
+def _turned(p: int, q: int, r: int) -> Pieces | None:
+    """The three-hop move after c is left at q (odd): e stands at r; None when it makes no tour."""
+    odd = bool(r & 1)
+    if q > p:
+        if p < r <= q:
+            return ((r + 1, q, True), (p + 1, r, False)) if odd and r != q else None
+        if odd or r == q + 1:
+            return None
+        return ((p + 1, q, True), (q + 1, r - 1, True)) if r > q else ((p + 1, q, False), (r, p, True))
+    if q < r <= p:
+        return ((r, p, True), (q + 1, r - 1, False)) if not odd and r != q + 1 else None
+    if not odd or r == q:
+        return None
+    return ((q + 1, p, False), (r + 1, q, True)) if r < q else ((q + 1, p, True), (p + 1, r, True))
 
 
-def _reverse_best(tour: Tour, i: int) -> None:
-    """Reverse the run of strokes from ``i`` that saves most travel, if any does."""
-    begin, end = tour.begin, tour.end
-    before, ends, nexts = end[i - 1], end[i:-1], begin[i + 1 :]
-    saved = np.abs(ends - nexts) - np.abs(ends - before) - np.abs(nexts - begin[i])
-    best = int(saved.argmax())
-    if saved[best] + abs(before - begin[i]) > _GAIN:
-        tour.reverse(i, i + best)
+def _cut(p: int, q: int, r: int) -> Pieces | None:
+    """The three-hop move after c is entered at q (even), by which a run is cut out: e stands at r."""
+    odd = bool(r & 1)
+    if q > p + 1:
+        if r > q:
+            return ((q, r, False), (p + 1, q - 1, True)) if odd else ((q, r - 1, False), (p + 1, q - 1, False))
+        if r < p and odd:
+            return ((p + 1, q - 1, True), (r + 1, p, False))
+        return ((p + 1, q - 1, False), (r, p, False)) if r < p else None
+    if q < r < p:
+        return ((q, r, True), (r + 1, p, True)) if odd else ((r, p, False), (q, r - 1, False))
+    return None
 
 
-def _move_best(tour: Tour, i: int, j: int) -> None:
-    """Move the strokes i..j to the gap, and in the direction, that saves most travel, if any does."""
-    begin, end = tour.begin, tour.end
-    first, last = begin[i], end[j]
-    freed = abs(end[i - 1] - first) + abs(last - begin[j + 1]) - abs(end[i - 1] - begin[j + 1])
-    if freed <= _GAIN:
-        return
-    ends, nexts = end[:-1], begin[1:]
-    gap = np.abs(ends - nexts)
-    forwards = gap - np.abs(ends - first) - np.abs(nexts - last)
-    backwards = gap - np.abs(ends - last) - np.abs(nexts - first)
-    forwards[i - 1 : j + 1] = backwards[i - 1 : j + 1] = -np.inf
-    k = int(np.maximum(forwards, backwards).argmax())
-    if freed + max(forwards[k], backwards[k]) <= _GAIN:
-        return
-    # A move is two or three reversals: of the block with what lies between it and the gap, then of each of them.
-    low, high = (k + 1, j) if k < i else (i, k)
-    size = j - i + 1
-    tour.reverse(low, high)
-    block = (low, low + size - 1) if k < i else (high - size + 1, high)
-    rest = (low + size, high) if k < i else (low, high - size)
-    tour.reverse(*rest)
-    if forwards[k] >= backwards[k]:
-        tour.reverse(*block)
+def _near(ends: Floats) -> list[list[int]]:
+    """Near ends of each end, the nearest first: of other strokes, and none at which home would have to move."""
+    near = nearest(ends[1:-1], _NEAR + 1) + 1
+    own = np.arange(1, len(ends) - 1) ^ 1
+    lists = [[b for b in row if b != mate][:_NEAR] for row, mate in zip(near.tolist(), own.tolist(), strict=True)]
+    return [[], *lists, []]
+
+
+def shake(tour: Tour, kicks: int, seed: int = 0) -> float:
+    """Swap two neighbouring runs of the tour somewhere, settle, take it back when it did not help; again and again.
+
+    Iterated local search with a double bridge of short runs (Martin, Otto & Felten 1991). The same seed gives the
+    same tour.
+
+    Args:
+        tour: settled; it is changed.
+        kicks: how often.
+        seed: of the places.
+
+    Returns:
+        What was gained.
+    """
+    strokes = len(tour.row) // 2 - 2
+    if strokes < 4:
+        return 0.0
+    longest = min(_LONGEST_RUN, strokes // 2)
+    rng = np.random.default_rng(seed)
+    one, other = rng.integers(1, longest + 1, (2, kicks)).tolist()
+    starts = rng.random(kicks).tolist()
+    gained = 0.0
+    tour.remember = True
+    for share, m, n in zip(starts, one, other, strict=True):
+        p = 1 + 2 * int(share * (strokes - m - n + 1))
+        cut, end = p + 2 * m, p + 2 * (m + n)
+        before = tour.hop(p) + tour.hop(cut) + tour.hop(end)
+        seams = tour.make(((cut + 1, end, False), (p + 1, cut, False)))
+        cut = p + 2 * n
+        gain = before - tour.hop(p) - tour.hop(cut) - tour.hop(end) + tour.settle(seams)
+        if gain < 0:
+            tour.back()
+        else:
+            gained += gain
+            tour.undo.clear()
+    tour.remember = False
+    return gained
