@@ -82,6 +82,15 @@ def mirrored_points(points_px, photo):
     return np.array([photo.size_px[0] - 1, 0]) + np.array([-1, 1]) * points_px
 
 
+def line_photo(angle_deg, dark=40, light=200, width=3.0, size=240):
+    """A straight line through the middle, with soft borders, and the distance of each pixel from it."""
+    y, x = np.mgrid[:size, :size] - (size - 1) / 2
+    turn = np.deg2rad(angle_deg)
+    away = -x * np.sin(turn) + y * np.cos(turn)
+    values = light + (dark - light) * np.exp(-(away**2) / (2 * (width / 2) ** 2))
+    return Photo(np.repeat(np.rint(values).astype(np.uint8)[..., None], 3, axis=2)), away
+
+
 def ink(lines, step=0.5):
     """Points close together along all lines."""
     return np.concatenate([geometry.resample(line, step) for line in lines])

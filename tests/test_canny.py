@@ -79,7 +79,7 @@ def test_a_busy_wall_does_not_change_the_face(working):
 
 def test_more_blur_leaves_fewer_edges(working):
     counts = [
-        canny_edges(working.photo, working.face, SETTINGS.replace(high=0.03, sigma_px=sigma)).mask.sum()
+        canny_edges(working.photo, working.face, SETTINGS.replace(high=0.03, blur_px=sigma)).mask.sum()
         for sigma in (0, 1, 2, 4)
     ]
     assert counts == sorted(counts, reverse=True)
@@ -93,7 +93,7 @@ def test_blank_and_tiny_photos_have_no_edge(size, value):
     assert not edges.mask.any()
 
 
-@pytest.mark.parametrize("change", [{"sigma_px": -1}, {"quantile": 1.0}, {"high": -0.1}, {"low_of_high": 1.5}])
+@pytest.mark.parametrize("change", [{"blur_px": -1}, {"quantile": 1.0}, {"high": -0.1}, {"low_of_high": 1.5}])
 def test_values_outside_their_limits_are_refused(change):
     with pytest.raises(BadInput):
         SETTINGS.replace(**change)

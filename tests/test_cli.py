@@ -145,7 +145,7 @@ def test_compare_shows_every_style(run, photo, face_file, tmp_path):
 
 def test_settings_go_out_and_come_in(run, photo, face_file, tmp_path):
     page = ["--page", "a6", "--margin", "1cm", "--pen", "0.3mm"]
-    style = ["--style", "canny", "--set", "canny.sigma_px=2.5", "--save-settings", "s.toml"]
+    style = ["--style", "canny", "--set", "canny.blur_px=2.5", "--save-settings", "s.toml"]
     first = run("draw", photo, "--landmarks", face_file, "-o", "a.svg", *page, *style)
     assert first.code == 0, first.err
     assert run("draw", photo, "--settings", "s.toml", "-o", "b.svg").code == 0

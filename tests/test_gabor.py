@@ -11,7 +11,7 @@ from limner.vision.edges.ridges import Wave, crests, find_ridges, gabor_kernel, 
 from limner.vision.scale import ScaleSettings, to_working_scale
 from limner.vision.skeleton import skeletonize
 from limner.vision.trace import TraceSettings, trace
-from portraits import astronaut, plain_face
+from portraits import astronaut, line_photo, plain_face
 
 SETTINGS = GaborSettings()
 PLAIN = SETTINGS.replace(guided=False, irises=False, hairline=1.0)
@@ -22,15 +22,6 @@ WAVE = Wave(6.0, 2.0, 0.3, np.pi)
 @pytest.fixture(scope="module")
 def working():
     return to_working_scale(*astronaut(), ScaleSettings())
-
-
-def line_photo(angle_deg, dark=40, light=200, width=3.0, size=240):
-    """A straight line through the middle, with soft borders, and the distance of each pixel from it."""
-    y, x = np.mgrid[:size, :size] - (size - 1) / 2
-    turn = np.deg2rad(angle_deg)
-    away = -x * np.sin(turn) + y * np.cos(turn)
-    values = light + (dark - light) * np.exp(-(away**2) / (2 * (width / 2) ** 2))
-    return Photo(np.repeat(np.rint(values).astype(np.uint8)[..., None], 3, axis=2)), away
 
 
 def inner_lines(edges, reach=90):

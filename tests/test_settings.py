@@ -83,6 +83,14 @@ def test_assign_names_a_wrong_path(path):
         Tree().assign(path, "1")
 
 
+def test_auto_takes_a_number_back():
+    assert Tree(points=600).assign("points", "auto") == Tree()
+    assert read_toml(Tree, "points = 'auto'") == Tree()
+    assert Tree().assign("text", "auto") == Tree(text="auto")
+    with pytest.raises(BadInput, match="expected a number"):
+        Tree().assign("inner.blur", "auto")
+
+
 def test_walk_names_every_setting():
     assert [path for path, _, _ in Tree.walk()] == ["points", "text", "on", "inner.blur", "inner.name"]
 

@@ -65,7 +65,11 @@ if TYPE_CHECKING:
         Strokes as Strokes,
     )
     from limner.units import parse_length_mm as parse_length_mm, parse_page as parse_page, parse_time_s as parse_time_s
-    from limner.vision.edges import canny_edges as canny_edges, gabor_edges as gabor_edges
+    from limner.vision.edges import (
+        canny_edges as canny_edges,
+        gabor_edges as gabor_edges,
+        gabor_pyramid_edges as gabor_pyramid_edges,
+    )
     from limner.vision.lines import STYLES as STYLES, draw_lines as draw_lines, edges_to_strokes as edges_to_strokes
     from limner.vision.photo import crop_photo as crop_photo, load_photo as load_photo
     from limner.vision.scale import to_working_scale as to_working_scale
@@ -92,7 +96,7 @@ _HOMES = {
     "limner.targets.svg_read": "read_svg",
     "limner.types": "Drawing EdgeMap Face JointTrajectory Page Pen PenPath Photo Strokes",
     "limner.units": "parse_length_mm parse_page parse_time_s",
-    "limner.vision.edges": "canny_edges gabor_edges",
+    "limner.vision.edges": "canny_edges gabor_edges gabor_pyramid_edges",
     "limner.vision.lines": "STYLES draw_lines edges_to_strokes",
     "limner.vision.photo": "crop_photo load_photo",
     "limner.vision.scale": "to_working_scale",

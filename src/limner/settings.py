@@ -15,6 +15,9 @@ from typing import Any, Self
 from limner.errors import BadInput
 
 Scalar = bool | int | float | str
+AUTO = "auto"
+"""Takes back a number: the setting is as if it were not set."""
+
 Tree = typing.TypeVar("Tree", bound="SettingsGroup")
 
 
@@ -190,7 +193,7 @@ def _kinds(hint: Any) -> tuple[Any, ...]:
 
 def _checked(value: Any, hint: Any, about: About, name: str) -> Any:
     kinds = _kinds(hint)
-    if value is None and types.NoneType in kinds:
+    if types.NoneType in kinds and (value is None or (value == AUTO and str not in kinds)):
         return None
     if float in kinds and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)

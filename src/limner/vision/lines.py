@@ -23,7 +23,7 @@ from limner.errors import BadInput
 from limner.settings import SettingsGroup, group
 from limner.stages import Stages
 from limner.types import EdgeMap, Face, Photo, Strokes
-from limner.vision.edges import EXTRACTORS, CannySettings, GaborSettings
+from limner.vision.edges import EXTRACTORS, CannySettings, GaborPyramidSettings, GaborSettings
 from limner.vision.regions import RegionSettings, regions_and_weights
 from limner.vision.scale import ScaleSettings, apply, to_working_scale
 from limner.vision.skeleton import skeletonize
@@ -39,6 +39,7 @@ class LineSettings(SettingsGroup):
     scale: ScaleSettings = group(ScaleSettings)
     canny: CannySettings = group(CannySettings)
     gabor: GaborSettings = group(GaborSettings)
+    gabor_pyramid: GaborPyramidSettings = group(GaborPyramidSettings)
     splines: SplinesSettings = group(SplinesSettings)
     trim: TrimSettings = group(TrimSettings)
     trace: TraceSettings = group(TraceSettings)

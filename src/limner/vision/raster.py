@@ -68,6 +68,11 @@ def dilated(mask: Mask, reach: int) -> Mask:
     return np.asarray(cv2.dilate(mask.astype(np.uint8), disc)) > 0
 
 
+def closed(mask: Mask) -> Mask:
+    """The mask with its gaps of a pixel or two filled."""
+    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))) > 0
+
+
 def blurred(image: Image, sigma: float) -> Image:
     """A Gaussian blur, the border of the picture continued."""
     return np.asarray(cv2.GaussianBlur(image, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE), np.float32)

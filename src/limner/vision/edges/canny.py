@@ -18,9 +18,7 @@ from limner.vision.raster import Image, Mask, blurred, filled, filtered
 class CannySettings(SettingsGroup):
     """Edges by Canny 1986 (doi:10.1109/TPAMI.1986.4767851); pixels are those of the working scale."""
 
-    sigma_px: float = setting(
-        1.4, "blur before the edges are looked for, standard deviation", unit="px", low=0, high=20
-    )
+    blur_px: float = setting(1.4, "blur before the edges are looked for, standard deviation", unit="px", low=0, high=20)
     quantile: float = setting(
         0.7, "share of the pixels that are no edge: where the automatic high threshold lies", low=0, high=0.999
     )
@@ -29,12 +27,9 @@ class CannySettings(SettingsGroup):
     )
     low_of_high: float = setting(0.6, "low threshold as a share of the high one (thesis 3.5)", low=0, high=1)
     high: float | None = setting(
-        None,
-        "high threshold by hand, of the change from black to white over a pixel; not set: automatic",
-        low=0,
-        high=2,
+        None, "high threshold by hand, of the change from black to white over a pixel; or auto", low=0, high=2
     )
-    low: float | None = setting(None, "low threshold by hand; not set: from the high one", low=0, high=2)
+    low: float | None = setting(None, "low threshold by hand; or auto: from the high one", low=0, high=2)
 
 
 def canny_edges(photo: Photo, face: Face, settings: CannySettings) -> EdgeMap:
@@ -53,8 +48,8 @@ def canny_edges(photo: Photo, face: Face, settings: CannySettings) -> EdgeMap:
         The edges; ``strength`` is 1 from twice the high threshold on.
     """
     grey = np.asarray(cv2.cvtColor(photo.rgb, cv2.COLOR_RGB2GRAY), np.float32) / np.float32(255)
-    if settings.sigma_px:
-        grey = blurred(grey, settings.sigma_px)
+    if settings.blur_px:
+        grey = blurred(grey, settings.blur_px)
     dx, dy = _slopes(grey)
     magnitude = np.hypot(dx, dy)
     skin = filled(face_outline(face), magnitude.shape)
