@@ -83,6 +83,18 @@ class Portrait:
     settings: Settings
     seconds: dict[str, float]
 
+    @property
+    def pen_px(self) -> float:
+        """Width of the pen's line in the photo."""
+        return self.drawing.pen.width_mm / float(self.page_from_photo[0, 0])
+
+    def ink_px(self) -> tuple[Floats, ...]:
+        """The lines of the drawing, in the pixels of the photo."""
+        scale, height = self.page_from_photo[0, 0], self.drawing.page.height_mm
+        return tuple(
+            ([0, height] + line * [1, -1] - self.page_from_photo[:, 2]) / scale for line in self.drawing.lines_mm
+        )
+
     def svg(self) -> bytes:
         """The drawing as SVG, settings and version inside."""
         return to_bytes(self.drawing, ".svg", self.about())

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from limner.cli import options
 from limner.cli.landmarks import landmarks
+from limner.cli.likeness import likeness
 from limner.cli.tables import figures, tables
 from limner.evaluate.false_alarms import sample_folder
 from limner.evaluate.speed import Row, measure_speed
@@ -57,5 +58,6 @@ def astronaut() -> Path:
 
 
 evaluate.add_command(landmarks)
+evaluate.add_command(likeness)
 evaluate.add_command(tables)
 evaluate.add_command(figures)
