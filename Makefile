@@ -37,6 +37,7 @@ demo: $(VENV)/.demo
 		--out $(OUT)/astronaut.svg --out $(OUT)/astronaut.png
 
 test: $(VENV)/.dev
+	@test "$$CI" != true || command -v hp2xx >/dev/null || { apt-get -qq update && apt-get -qq install -y --no-install-recommends hp2xx; } >/dev/null
 	@echo "running the tests on $$(nproc 2>/dev/null || echo 2) cores (all the slow ones too: make test LIMNER_SLOW=1)"
 	@LIMNER_SLOW=$(LIMNER_SLOW) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q --numprocesses auto
 

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 import limner
-from drawings import of
+from drawings import of, segments
 from limner.cli import main
 from limner.cli.plan import clock
 from limner.motion.cost import seconds
@@ -91,6 +91,17 @@ def test_mistakes_are_named_in_one_line(run, tmp_path, arguments, code, words):
     for word in words:
         assert word.lower() in line.lower()
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_gcode_is_written_at_the_speed_of_the_machine(run, tmp_path):
+    assert run("plan", "d.svg", "-o", "a.gcode", "-o", "a.hpgl", "--set", "gcode.pen=z")[0] == 0
+    text = (tmp_path / "a.gcode").read_text()
+    assert "F3300" in text
+    assert "G0 Z5" in text
+    for name in ("a.gcode", "a.hpgl"):
+        back = limner.read_drawing(tmp_path / name)
+        assert segments(back.lines_mm) == segments(DRAWING.lines_mm)
+        assert run("plan", name)[0] == 0
 
 
 def test_one_dot_is_a_drawing(run, tmp_path):

@@ -50,6 +50,10 @@ if TYPE_CHECKING:
     from limner.settings import read_toml as read_toml, write_toml as write_toml
     from limner.storage import load as load, save as save
     from limner.targets.files import read_drawing as read_drawing
+    from limner.targets.gcode import GcodeSettings as GcodeSettings, to_gcode as to_gcode
+    from limner.targets.gcode_read import read_gcode as read_gcode
+    from limner.targets.hpgl import to_hpgl as to_hpgl
+    from limner.targets.hpgl_read import read_hpgl as read_hpgl
     from limner.targets.image import to_png as to_png, to_rgb as to_rgb
     from limner.targets.svg import to_svg as to_svg
     from limner.targets.svg_read import read_svg as read_svg
@@ -91,6 +95,10 @@ _HOMES = {
     "limner.settings": "read_toml write_toml",
     "limner.storage": "load save",
     "limner.targets.files": "read_drawing",
+    "limner.targets.gcode": "GcodeSettings to_gcode",
+    "limner.targets.gcode_read": "read_gcode",
+    "limner.targets.hpgl": "to_hpgl",
+    "limner.targets.hpgl_read": "read_hpgl",
     "limner.targets.image": "to_png to_rgb",
     "limner.targets.svg": "to_svg",
     "limner.targets.svg_read": "read_svg",

@@ -18,6 +18,7 @@ from limner.drawing.select import SelectSettings, select
 from limner.settings import SettingsGroup, group, setting
 from limner.stages import Stages
 from limner.targets.files import FORMATS as FORMATS, check_format as check_format, to_bytes
+from limner.targets.gcode import GcodeSettings
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
 from limner.vision.landmarks import DetectSettings, choose, detect
 from limner.vision.lines import STYLES, LineSettings, draw_lines
@@ -57,6 +58,7 @@ class Settings(LineSettings):
     clean: CleanSettings = group(CleanSettings)
     select: SelectSettings = group(SelectSettings)
     order: OrderSettings = group(OrderSettings)
+    gcode: GcodeSettings = group(GcodeSettings)
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,8 @@ class Portrait:
         Raises:
             BadInput: another suffix, or the file cannot be written.
         """
-        storage.write_whole(path, to_bytes(self.drawing, check_format(path), self.about()))
+        data = to_bytes(self.drawing, check_format(path), self.about(), self.settings.gcode)
+        storage.write_whole(path, data)
 
     def report(self) -> dict[str, Any]:
         """What ``limner draw --json`` prints."""

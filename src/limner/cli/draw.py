@@ -20,7 +20,8 @@ from limner.pipeline import Settings
     "-o",
     multiple=True,
     metavar="FILE",
-    help="Where to: .svg, .png, .json, .npz, - for SVG on stdout; may be repeated. Default: the photo's name as .svg.",
+    help=f"Where to: {', '.join(pipeline.FORMATS)}, - for SVG on stdout; may be repeated. Default: the photo's name"
+    " as .svg.",
 )
 @options.flag("style", "--style", "-s", metavar="STYLE")
 @options.drawing_options

@@ -10,6 +10,7 @@ import click
 from limner.motion.area import check_area, fit
 from limner.motion.machine import MACHINES, Machine
 from limner.targets.files import READABLE, read_drawing
+from limner.targets.gcode import GcodeSettings
 from limner.types import Drawing
 
 drawing_argument: Callable[[Any], Any] = click.argument("drawing", metavar="DRAWING")
@@ -27,6 +28,13 @@ fit_option: Callable[[Any], Any] = click.option(
 
 READS = f"DRAWING is one of {', '.join(READABLE)}; any SVG's outlines will do."
 """For the help of commands."""
+
+
+def gcode_for(settings: GcodeSettings, machine: Machine) -> GcodeSettings:
+    """G-code at the machine's own speed, unless the settings say another than their default."""
+    if settings.draw_mm_min != GcodeSettings().draw_mm_min:
+        return settings
+    return settings.replace(draw_mm_min=machine.draw_mm_s * 60)
 
 
 def placed(path: str, machine: Machine, shrink: bool) -> Drawing:

@@ -15,6 +15,7 @@ from limner.errors import BadInput
 from limner.motion.cost import Costs, costs
 from limner.motion.machine import load_machine
 from limner.motion.pen import plan as plan_path
+from limner.pipeline import Settings
 from limner.targets import animation, files, movie
 from limner.types import Drawing, PenPath
 
@@ -45,8 +46,11 @@ MOVIES: dict[str, Callable[[Drawing, PenPath, float], bytes]] = {
 @click.option("--movie", "film", metavar="FILE", help=f"Write a film of the drawing being drawn: {', '.join(MOVIES)}.")
 @click.option("--movie-time", default="10s", metavar="TIME", help="Length of the film. Default: 10s.")
 @click.option("--path", "path_file", metavar="FILE", help="Write where the pen is at which time: .json or .npz.")
+@options.settings_options
 @options.json_option
+@click.pass_context
 def plan(
+    ctx: click.Context,
     drawing: str,
     machine: str | None,
     shrink: bool,
@@ -54,9 +58,11 @@ def plan(
     film: str | None,
     movie_time: str,
     path_file: str | None,
+    save_settings: Path | None,
     as_json: bool,
 ) -> None:
     """See ``help`` above, which names the formats."""
+    settings = options.chosen_settings(ctx, Settings, save_settings)
     for file in out:
         files.check_format(file)
     if film is not None and Path(film).suffix.lower() not in MOVIES:
@@ -66,7 +72,8 @@ def plan(
     placed = machines.placed(drawing, mover, shrink)
     told = costs(placed, mover)
     for file in out:
-        storage.write_whole(file, files.to_bytes(placed, files.check_format(file)))
+        data = files.to_bytes(placed, files.check_format(file), plotter=machines.gcode_for(settings.gcode, mover))
+        storage.write_whole(file, data)
     if film is not None or path_file is not None:
         path = plan_path(placed, mover)
         if film is not None:

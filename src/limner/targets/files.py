@@ -8,23 +8,19 @@ from typing import Any
 
 from limner import storage
 from limner.errors import BadInput
-from limner.targets import image, svg, svg_read
+from limner.targets import gcode, gcode_read, hpgl, hpgl_read, image, svg, svg_read
+from limner.targets.gcode import GcodeSettings
 from limner.types import Drawing
-
-_WRITERS: dict[str, Callable[[Drawing, Mapping[str, Any] | None], bytes]] = {
-    ".svg": lambda drawing, about: svg.to_svg(drawing, about),
-    ".png": lambda drawing, _: image.to_png(drawing),
-    ".json": lambda drawing, _: (storage.to_json(drawing) + "\n").encode(),
-    ".npz": lambda drawing, _: storage.to_npz(drawing),
-}
 
 _READERS: dict[str, Callable[[str], Drawing]] = {
     ".svg": svg_read.read_svg,
     ".json": lambda path: storage.load(Drawing, path),
     ".npz": lambda path: storage.load(Drawing, path),
+    ".gcode": gcode_read.read_gcode,
+    ".hpgl": hpgl_read.read_hpgl,
 }
 
-FORMATS = tuple(_WRITERS)
+FORMATS = (".svg", ".png", ".gcode", ".hpgl", ".json", ".npz")
 """What a drawing can be saved as."""
 
 READABLE = tuple(_READERS)
@@ -38,20 +34,34 @@ def check_format(path: str | Path) -> str:
         BadInput: it cannot.
     """
     suffix = Path(path).suffix.lower()
-    if suffix not in _WRITERS:
+    if suffix not in FORMATS:
         raise BadInput(f"{path}: cannot save as '{suffix}'; choose {', '.join(FORMATS)}")
     return suffix
 
 
-def to_bytes(drawing: Drawing, suffix: str, about: Mapping[str, Any] | None = None) -> bytes:
+def to_bytes(
+    drawing: Drawing, suffix: str, about: Mapping[str, Any] | None = None, plotter: GcodeSettings | None = None
+) -> bytes:
     """The file of a drawing.
 
     Args:
         drawing: what to write.
         suffix: one of ``FORMATS``.
         about: how it was made, for formats that can say so.
+        plotter: for G-code.
+
+    Raises:
+        BadInput: the drawing has points that the format cannot say.
     """
-    return _WRITERS[suffix](drawing, about)
+    writers: dict[str, Callable[[], bytes]] = {
+        ".svg": lambda: svg.to_svg(drawing, about),
+        ".png": lambda: image.to_png(drawing),
+        ".gcode": lambda: gcode.to_gcode(drawing, plotter),
+        ".hpgl": lambda: hpgl.to_hpgl(drawing),
+        ".json": lambda: (storage.to_json(drawing) + "\n").encode(),
+        ".npz": lambda: storage.to_npz(drawing),
+    }
+    return writers[suffix]()
 
 
 def read_drawing(path: str | Path) -> Drawing:
