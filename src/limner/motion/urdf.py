@@ -1,0 +1,284 @@
+"""A URDF goes in; the chain of joints from its base to a pen's tip comes out as a Robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+from xml.parsers import expat
+
+import numpy as np
+
+from limner import transforms
+from limner.errors import BadInput, MissingExtra
+from limner.motion.robot import Capsule, Robot
+from limner.types import Floats
+
+MAX_BYTES = 20 * 2**20
+MAX_DEPTH = 50
+
+ASSUMED_ACCELERATION = 1.0
+"""rad/s^2 (or m/s^2), where nothing says more: URDF has no field for it."""
+
+ASSUMED_JERK = 15.0
+"""rad/s^3 (or m/s^3), likewise."""
+
+ASSUMED_RADIUS_M = 0.05
+"""Of a link whose shape is a mesh or missing."""
+
+CONTINUOUS_RAD = 2 * math.pi
+"""What a joint without limits may turn, both ways: cables do not turn for ever."""
+
+MOVING = ("revolute", "continuous", "prismatic")
+
+
+@dataclass(frozen=True)
+class ChainRequest:
+    """What a URDF does not say about the arm in it.
+
+    Attributes:
+        base: link that the chain starts from; empty for the root.
+        tip: link at the tip of the pen; empty for the only or deepest leaf.
+        frozen: joints held at a position, such as the slide of a sprung pen.
+        acceleration, jerk: limits of each moving joint [rad/s^2, rad/s^3]; empty for the assumed ones.
+        poses: named joint positions.
+        controller: name of the trajectory controller.
+    """
+
+    base: str = ""
+    tip: str = ""
+    frozen: Mapping[str, float] | None = None
+    acceleration: tuple[float, ...] = ()
+    jerk: tuple[float, ...] = ()
+    poses: Mapping[str, Any] | None = None
+    controller: str = ""
+
+
+def parse_urdf(data: bytes, name: str, request: ChainRequest | None = None) -> Robot:
+    """Read a robot.
+
+    Args:
+        data: the file.
+        name: for messages.
+        request: which chain, and what URDF cannot say.
+
+    Raises:
+        BadInput: no URDF, entities or nesting that could exhaust the reader, no such link, a joint without limits, or
+            one that mimics another between base and tip.
+        MissingExtra: the URDF reader is not installed.
+    """
+    _guard(data, name)
+    return _Tree(_read(data, name), name, request or ChainRequest()).robot()
+
+
+def _guard(data: bytes, name: str) -> None:
+    """Refuse what could exhaust an XML reader."""
+    if len(data) > MAX_BYTES:
+        raise BadInput(f"{name}: {len(data) / 2**20:.0f} MB is more than the {MAX_BYTES // 2**20} MB of a URDF")
+    depth = [0]
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if not depth[0] and tag != "robot":
+            raise BadInput(f"{name}: is no URDF; its outermost element is <{tag}>, expected <robot>")
+        depth[0] += 1
+        if depth[0] > MAX_DEPTH:
+            raise BadInput(f"{name}: has elements nested deeper than {MAX_DEPTH}; this is no sane URDF")
+
+    def end(tag: str) -> None:
+        depth[0] -= 1
+
+    def entity(*declaration: Any) -> None:
+        raise BadInput(f"{name}: declares XML entities, which are not read; save it without them (run xacro first)")
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler, parser.EndElementHandler, parser.EntityDeclHandler = start, end, entity
+    try:
+        parser.Parse(data, True)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        raise BadInput(f"{name}: is no URDF ({error})") from error
+
+
+def _read(data: bytes, name: str) -> Any:
+    try:
+        from urdf_parser_py import urdf, xml_reflection
+    except ImportError as error:
+        raise MissingExtra(f"reading the robot {name}", "robot") from error
+    # The library prints what it does not know, such as Gazebo's tags; that is no error.
+    xml_reflection.core.on_error = lambda message: None
+    try:
+        return urdf.URDF.from_xml_string(data)
+    except Exception as error:  # the reader raises whatever its fields raise
+        raise BadInput(f"{name}: is no URDF ({' '.join(str(error).split())})") from error
+
+
+def _origin(thing: Any) -> Floats:
+    if thing.origin is None:
+        return np.eye(4)
+    turn = transforms.from_rpy(thing.origin.rpy or (0, 0, 0))
+    return transforms.transform(turn, thing.origin.xyz or (0, 0, 0))
+
+
+class _Tree:
+    """The links of a URDF and how they hang together."""
+
+    def __init__(self, urdf: Any, name: str, request: ChainRequest) -> None:
+        self.name, self.request = name, request
+        self.frozen = dict(request.frozen or {})
+        self.links = {link.name: link for link in urdf.links}
+        self.above = {joint.child: joint for joint in urdf.joints}
+        self.below: dict[str, list[Any]] = {link: [] for link in self.links}
+        for joint in urdf.joints:
+            for link in (joint.parent, joint.child):
+                if link not in self.links:
+                    raise BadInput(f"{name}: joint {joint.name} names the link '{link}', which does not exist")
+            self.below[joint.parent].append(joint)
+        self._check_acyclic()
+
+    def _check_acyclic(self) -> None:
+        roots = [link for link in self.links if link not in self.above]
+        if len(roots) != 1:
+            raise BadInput(f"{self.name}: has {len(roots)} links without a parent, expected one")
+        self.root = roots[0]
+
+    def robot(self) -> Robot:
+        chain = self._chain()
+        moving = [joint for joint in chain if self._moves(joint)]
+        if not moving:
+            raise BadInput(f"{self.name}: no joint moves between '{self.base}' and '{self.tip}'; name another tip")
+        for joint in moving:
+            self._check(joint)
+        lower, upper = zip(*map(self._limits, moving), strict=True)
+        return Robot(
+            name=self.name,
+            joints=tuple(joint.name for joint in moving),
+            before=self._before(chain),
+            axes=np.array([_axis(joint, self.name) for joint in moving]),
+            prismatic=np.array([joint.type == "prismatic" for joint in moving]),
+            lower=np.array(lower),
+            upper=np.array(upper),
+            velocity=np.array([joint.limit.velocity for joint in moving]),
+            acceleration=self._per_joint("acceleration", ASSUMED_ACCELERATION, len(moving)),
+            jerk=self._per_joint("jerk", ASSUMED_JERK, len(moving)),
+            capsules=tuple(self._capsules(moving)),
+            poses=dict(self.request.poses or {}),
+            base=self.base,
+            tip=self.tip,
+            controller=self.request.controller,
+        )
+
+    def _moves(self, joint: Any) -> bool:
+        return joint.type in MOVING and joint.name not in self.frozen
+
+    def _chain(self) -> list[Any]:
+        self.base = self._link(self.request.base or self.root, "base")
+        self.tip = self._link(self.request.tip or self._leaf(), "tip")
+        chain, link = [], self.tip
+        while link != self.base:
+            if link not in self.above:
+                raise BadInput(f"{self.name}: link '{self.tip}' does not hang on '{self.base}'; name another base or tip")
+            chain.append(self.above[link])
+            link = self.above[link].parent
+        return chain[::-1]
+
+    def _link(self, link: str, what: str) -> str:
+        if link not in self.links:
+            raise BadInput(f"{self.name}: {what} '{link}' is no link; choose from {', '.join(self.links)}")
+        return link
+
+    def _leaf(self) -> str:
+        leaves = [link for link in self.links if not self.below[link]]
+        if len(leaves) > 1:
+            raise BadInput(f"{self.name}: several links could be the pen's tip; name one: {', '.join(leaves)}")
+        return leaves[0]
+
+    def _check(self, joint: Any) -> None:
+        if joint.mimic is not None:
+            raise BadInput(
+                f"{self.name}: joint {joint.name} mimics {joint.mimic.joint}; an arm with such a joint between base and"
+                " tip cannot be planned; name a tip before it"
+            )
+        if joint.limit is None or (joint.type != "continuous" and joint.limit.lower == joint.limit.upper):
+            raise BadInput(f"{self.name}: joint {joint.name} has no limits; add <limit lower upper velocity effort>")
+
+    def _limits(self, joint: Any) -> tuple[float, float]:
+        if joint.type == "continuous":
+            return -CONTINUOUS_RAD, CONTINUOUS_RAD
+        return float(joint.limit.lower), float(joint.limit.upper)
+
+    def _per_joint(self, what: str, assumed: float, dof: int) -> Floats:
+        given = getattr(self.request, what) or (assumed,)
+        if len(given) not in (1, dof):
+            raise BadInput(f"{self.name}: {len(given)} values of {what} for {dof} joints; give one or {dof}")
+        return np.broadcast_to(np.asarray(given, dtype=np.float64), (dof,))
+
+    def _held(self, joint: Any) -> Floats:
+        """From a joint's parent to its child while it does not move."""
+        position = self.frozen.get(joint.name, 0.0)
+        if joint.type not in MOVING or not position:
+            return _origin(joint)
+        axis = _axis(joint, self.name)
+        if joint.type == "prismatic":
+            return _origin(joint) @ transforms.transform(translation=position * axis)
+        return _origin(joint) @ transforms.transform(transforms.rotation(axis, position))
+
+    def _before(self, chain: list[Any]) -> Floats:
+        before, fixed = [], np.eye(4)
+        for joint in chain:
+            fixed = fixed @ self._held(joint)
+            if self._moves(joint):
+                before.append(fixed)
+                fixed = np.eye(4)
+        return np.array([*before, fixed])
+
+    def _capsules(self, moving: list[Any]) -> list[Capsule]:
+        """Shapes of all links, those beside the chain held still."""
+        index = {joint.name: i + 1 for i, joint in enumerate(moving)}
+        capsules: list[Capsule] = []
+        todo, seen = [(self.base, 0, np.eye(4))], {self.base}
+        while todo:
+            link, number, frame = todo.pop()
+            capsules += [capsule for shape in _shapes(self.links[link]) if (capsule := _capsule(shape, number, frame))]
+            steps = [(joint.child, joint, False) for joint in self.below[link]]
+            if link in self.above:
+                steps.append((self.above[link].parent, self.above[link], True))
+            for other, joint, upwards in steps:
+                if other in seen:
+                    continue
+                seen.add(other)
+                if joint.name in index and not upwards:
+                    todo.append((other, index[joint.name], np.eye(4)))
+                else:
+                    step = self._held(joint)
+                    todo.append((other, number, frame @ (transforms.inverse(step) if upwards else step)))
+        return capsules
+
+
+def _axis(joint: Any, name: str) -> Floats:
+    axis = np.array(joint.axis or (1, 0, 0), dtype=np.float64)
+    if not np.isfinite(axis).all() or not np.linalg.norm(axis):
+        raise BadInput(f"{name}: joint {joint.name} has the axis {axis.tolist()}, expected a direction")
+    unit: Floats = axis / np.linalg.norm(axis)
+    return unit
+
+
+def _shapes(link: Any) -> list[Any]:
+    return [shape for shape in (link.collisions or link.visuals) if shape.geometry is not None]
+
+
+def _capsule(shape: Any, number: int, frame: Floats) -> Capsule | None:
+    """The smallest capsule along a primitive that holds all of it; none for a mesh, whose file is not read."""
+    geometry = shape.geometry
+    if hasattr(geometry, "length"):
+        half, radius = geometry.length / 2 * np.eye(3)[2], geometry.radius
+    elif hasattr(geometry, "radius"):
+        half, radius = np.zeros(3), geometry.radius
+    elif hasattr(geometry, "size"):
+        sides = np.asarray(geometry.size, dtype=np.float64) / 2
+        longest = int(sides.argmax())
+        radius = float(np.hypot(*np.delete(sides, longest)))
+        half = np.eye(3)[longest] * sides[longest]
+    else:
+        return None
+    start, end = transforms.apply(frame @ _origin(shape), np.stack([-half, half]))
+    return Capsule(number, start, end, float(radius))
