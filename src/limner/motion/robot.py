@@ -50,6 +50,7 @@ class Robot(Value):
         velocity, acceleration, jerk: (dof,) limits, both ways.
         capsules: shapes for collision checks.
         poses: named joint positions; ``safe`` is where drawing starts and ends.
+        sheet_box_m: (2, 3) lower and upper corner of the box in which the centre of a sheet may lie, base frame.
         base, tip: names of the links the chain goes between.
         controller: name of the robot's own trajectory controller, empty for none.
     """
@@ -66,6 +67,7 @@ class Robot(Value):
     jerk: Floats
     capsules: tuple[Capsule, ...] = ()
     poses: Mapping[str, Floats] = field(default_factory=dict)
+    sheet_box_m: Floats = field(default_factory=lambda: np.array([[-10.0] * 3, [10.0] * 3]))
     base: str = "base"
     tip: str = "tip"
     controller: str = ""
@@ -77,6 +79,7 @@ class Robot(Value):
         self._freeze("prismatic", frozen_array(self.prismatic, np.bool_, (dof,), "Robot.prismatic"))
         for name in ("lower", "upper", "velocity", "acceleration", "jerk"):
             self._freeze(name, frozen_array(getattr(self, name), np.float64, (dof,), f"Robot.{name}"))
+        self._freeze("sheet_box_m", frozen_array(self.sheet_box_m, np.float64, (2, 3), "Robot.sheet_box_m"))
         self._check_limits()
         poses = {k: frozen_array(v, np.float64, (dof,), f"Robot.poses.{k}") for k, v in self.poses.items()}
         self._freeze("poses", poses)

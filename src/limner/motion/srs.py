@@ -62,6 +62,20 @@ class SphericalArm:
         shoulder = transforms.transform(turn, origins[0] + places[0] * z)
         return cls(shoulder, upper, fore, transforms.inverse(wrist) @ frames[-1], np.sign(signs))
 
+    def wrist_distance(self, tips: ArrayLike) -> Floats:
+        """How far [m] the wrist is from the shoulder at poses (..., 4, 4) of the tip: (...)."""
+        wrist = np.asarray(tips) @ transforms.inverse(self.tool)[:, 3]
+        distance: Floats = np.linalg.norm(wrist[..., :3] - self.shoulder[:3, 3], axis=-1)
+        return distance
+
+    def within_reach(self, tips: ArrayLike) -> NDArray[np.bool_]:
+        """Whether poses (..., 4, 4) of the tip are neither too far nor too near, limits aside: (...)."""
+        distance = self.wrist_distance(tips)
+        near: NDArray[np.bool_] = (distance <= self.upper_m + self.fore_m) & (
+            distance >= abs(self.upper_m - self.fore_m)
+        )
+        return near
+
     def solve(self, tips: ArrayLike, elbow_rad: ArrayLike) -> tuple[Floats, NDArray[np.bool_]]:
         """All joint positions that bring the tip to some poses.
 

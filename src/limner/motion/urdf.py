@@ -43,6 +43,7 @@ class ChainRequest:
         frozen: joints held at a position, such as the slide of a sprung pen.
         acceleration, jerk: limits of each moving joint [rad/s^2, rad/s^3]; empty for the assumed ones.
         poses: named joint positions.
+        sheet_box_m: lower and upper corner of where the centre of a sheet may lie, in the base frame.
         controller: name of the trajectory controller.
     """
 
@@ -52,6 +53,7 @@ class ChainRequest:
     acceleration: tuple[float, ...] = ()
     jerk: tuple[float, ...] = ()
     poses: Mapping[str, Any] | None = None
+    sheet_box_m: tuple[tuple[float, ...], ...] = ((-10.0, -10.0, -10.0), (10.0, 10.0, 10.0))
     controller: str = ""
 
 
@@ -162,6 +164,7 @@ class _Tree:
             jerk=self._per_joint("jerk", ASSUMED_JERK, len(moving)),
             capsules=tuple(self._capsules(moving)),
             poses=dict(self.request.poses or {}),
+            sheet_box_m=np.array(self.request.sheet_box_m),
             base=self.base,
             tip=self.tip,
             controller=self.request.controller,
@@ -276,8 +279,10 @@ def _capsule(shape: Any, number: int, frame: Floats) -> Capsule | None:
     elif hasattr(geometry, "size"):
         sides = np.asarray(geometry.size, dtype=np.float64) / 2
         longest = int(sides.argmax())
-        radius = float(np.hypot(*np.delete(sides, longest)))
-        half = np.eye(3)[longest] * sides[longest]
+        across = float(np.hypot(*np.delete(sides, longest)))
+        # A tenth more radius lets the round caps end near the box's flat ones.
+        radius = 1.1 * across
+        half = np.eye(3)[longest] * max(0.0, sides[longest] - (radius**2 - across**2) ** 0.5)
     else:
         return None
     start, end = transforms.apply(frame @ _origin(shape), np.stack([-half, half]))

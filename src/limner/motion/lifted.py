@@ -1,0 +1,180 @@
+"""A drawing goes in; the pen's path in space comes out: down straight, along the ink, up straight, level to the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limner import geometry
+from limner.errors import NothingToDraw
+from limner.settings import SettingsGroup, setting
+from limner.types import Drawing, Floats, Value, frozen_array
+
+
+@dataclass(frozen=True, eq=False)
+class LiftedPath(Value):
+    """Where the pen's tip goes, without time.
+
+    Attributes:
+        points_mm: (n, 3) in the paper frame, straight between them.
+        down: (n,) whether the move that ends here draws.
+        stroke: (n,) index of the stroke, -1 in travel.
+        stop: (n,) whether the pen comes to rest here.
+    """
+
+    points_mm: Floats
+    down: NDArray[np.bool_]
+    stroke: NDArray[np.int64]
+    stop: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        self._freeze("points_mm", frozen_array(self.points_mm, np.float64, (None, 3), "LiftedPath.points_mm"))
+        n = len(self.points_mm)
+        for name, dtype in (("down", np.bool_), ("stroke", np.int64), ("stop", np.bool_)):
+            self._freeze(name, frozen_array(getattr(self, name), dtype, (n,), f"LiftedPath.{name}"))
+
+    def pieces(self) -> list[tuple[int, int]]:
+        """First and last index of each piece between two stops."""
+        stops = np.flatnonzero(self.stop)
+        return [(int(a), int(b)) for a, b in zip(stops[:-1], stops[1:], strict=True)]
+
+
+@dataclass(frozen=True)
+class LiftSettings(SettingsGroup):
+    """How an arm leads its pen."""
+
+    lift_mm: float = setting(5.0, "height of the tip above the sheet between strokes", unit="mm", low=0.5, high=200)
+    clear_mm: float = setting(
+        2.0, "the pen goes straight up and down to at least this height", unit="mm", low=0, high=200
+    )
+    press_mm: float = setting(
+        2.0, "the tip is led this far below the sheet; the pen's spring takes it up", unit="mm", low=0, high=10
+    )
+    round_mm: float = setting(
+        0.15, "corners may be rounded by this, instead of a stop at each; 0: a stop", unit="mm", low=0, high=5
+    )
+    spacing_mm: float = setting(1.0, "farthest that two poses are apart", unit="mm", low=0.05, high=20)
+    corner_deg: float = setting(
+        100.0, "the pen comes to rest where a stroke turns by more than this", unit="deg", low=0, high=180
+    )
+
+
+def lifted_path(drawing: Drawing, settings: LiftSettings) -> LiftedPath:
+    """The path of a pen that leaves no trail: each stroke is reached from straight above and left straight upwards.
+
+    The thesis's arm moved sideways while lifting, which drew (section 4.4).
+
+    Args:
+        drawing: strokes in drawing order.
+        settings: heights, and how far corners may be rounded.
+
+    Returns:
+        The path from above the first stroke to above the last one.
+
+    Raises:
+        NothingToDraw: the drawing has no strokes.
+    """
+    if not drawing.lines_mm:
+        raise NothingToDraw("plan: the drawing has no strokes")
+    builder = _Builder(np.array([*drawing.lines_mm[0][0], settings.lift_mm]), settings)
+    for index, line in enumerate(drawing.lines_mm):
+        flat = geometry.without_repeats(line)
+        drawn = np.column_stack([flat, np.full(len(flat), -settings.press_mm)])
+        builder.travel_to(drawn[0])
+        # A dot is a stroke too: the pen touches and lifts.
+        builder.draw(drawn, index)
+    last = drawing.lines_mm[-1][-1]
+    builder.travel_to(np.array([*last, settings.lift_mm]))
+    return builder.path()
+
+
+class _Builder:
+    """Collects a path piece by piece."""
+
+    def __init__(self, start: Floats, settings: LiftSettings) -> None:
+        self.settings = settings
+        self.points, self.down, self.stroke, self.stop = [start[None]], [False], [-1], [True]
+
+    def draw(self, line: Floats, index: int) -> None:
+        """A stroke from where the pen is, at rest at its ends and where it turns sharply."""
+        rests = np.flatnonzero(_corners(line, self.settings.corner_deg if self.settings.round_mm else 0.0))
+        for a, b in zip(rests[:-1], rests[1:], strict=True):
+            self._add(_rounded(line[a : b + 1], self.settings.round_mm, self.settings.spacing_mm), index)
+
+    def travel_to(self, target: Floats) -> None:
+        """Up, over and down; its corners are cut where the pen is clear of the paper."""
+        at, height = self.points[-1][-1], self.settings.lift_mm
+        corners = np.stack([at, [*at[:2], height], [*target[:2], height], target])
+        cut = max(0.0, height - self.settings.clear_mm)
+        self._add(_blended(geometry.without_repeats(corners), cut, self.settings.spacing_mm), -1)
+
+    def _add(self, points: Floats, index: int) -> None:
+        if len(points) < 2:
+            return
+        count = len(points) - 1
+        self.points.append(points[1:])
+        self.down += [index >= 0] * count
+        self.stroke += [index] * count
+        self.stop += [False] * (count - 1) + [True]
+
+    def path(self) -> LiftedPath:
+        return LiftedPath(
+            np.concatenate(self.points), np.array(self.down), np.array(self.stroke), np.array(self.stop)
+        )
+
+
+def _rounded(line: Floats, tolerance: float, spacing: float) -> Floats:
+    """A polyline, finely divided, its corners replaced by parabolas that leave them by at most ``tolerance``."""
+    if len(line) < 3 or tolerance <= 0:
+        return _blended(line, 0.0, spacing)
+    ahead = np.diff(line, axis=0)
+    ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    half_sine = np.sqrt(np.clip((1 - (ahead[:-1] * ahead[1:]).sum(1)) / 2, 1e-12, 1))
+    return _blended(line, 2 * tolerance / half_sine, spacing)
+
+
+def _blended(line: Floats, cut: float | Floats, spacing: float) -> Floats:
+    """A polyline with parabolas that begin and end ``cut`` before and after each inner corner, finely divided.
+
+    A parabola takes at most half of each segment beside its corner.
+    """
+    lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    inner = np.minimum(cut, np.minimum(lengths[:-1], lengths[1:]) / 2) if len(line) > 2 else np.zeros(0)
+    pieces, at = [line[:1]], line[0]
+    for corner, reach, before, after in zip(line[1:-1], np.broadcast_to(inner, len(line) - 2), line[:-2], line[2:], strict=True):
+        enter = corner + reach * (before - corner) / max(np.linalg.norm(before - corner), 1e-12)
+        leave = corner + reach * (after - corner) / max(np.linalg.norm(after - corner), 1e-12)
+        pieces += [_divided(at, enter, spacing), _parabola(enter, corner, leave, spacing)]
+        at = leave
+    pieces.append(_divided(at, line[-1], spacing))
+    return np.concatenate(pieces)
+
+
+def _parabola(start: Floats, control: Floats, end: Floats, spacing: float) -> Floats:
+    length = np.linalg.norm(control - start) + np.linalg.norm(end - control)
+    if length < 1e-9:
+        return np.zeros((0, 3))
+    t = np.linspace(0, 1, max(4, int(np.ceil(2 * length / spacing))) + 1)[1:, None]
+    return np.asarray((1 - t) ** 2 * start + 2 * t * (1 - t) * control + t**2 * end)
+
+
+def _divided(start: Floats, end: Floats, spacing: float) -> Floats:
+    """Points after ``start`` up to and with ``end``, evenly spaced; none where both are one."""
+    length = np.linalg.norm(end - start)
+    if length < 1e-9:
+        return np.zeros((0, 3))
+    count = int(np.ceil(length / spacing))
+    share = np.arange(1, count + 1)[:, None] / count
+    return np.asarray(start + share * (end - start))
+
+
+def _corners(line: Floats, turn_deg: float) -> NDArray[np.bool_]:
+    """Where (n,) a polyline turns by more than an angle; its ends count."""
+    turns = np.ones(len(line), bool)
+    if len(line) > 2:
+        ahead = np.diff(line, axis=0)
+        ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+        turns[1:-1] = (ahead[:-1] * ahead[1:]).sum(1) < np.cos(np.radians(turn_deg))
+    return turns

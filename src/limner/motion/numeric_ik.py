@@ -1,0 +1,131 @@
+"""A path of pen poses goes in; joint positions of any arm along it come out, by damped least squares (pinocchio)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from limner.errors import MissingExtra
+from limner.motion.robot import Robot
+from limner.settings import SettingsGroup, setting
+from limner.types import Floats
+
+
+@dataclass(frozen=True)
+class NumericSettings(SettingsGroup):
+    """The iteration for arms without a closed form."""
+
+    tolerance_m: float = setting(1e-7, "pose error at which it stops", unit="m and rad", low=1e-12, high=1e-3)
+    iterations: int = setting(60, "steps at most at each pose", low=1, high=10_000)
+    starts: int = setting(24, "joint positions tried at the first pose", low=1, high=1000)
+    seed: int = setting(0, "of the positions tried first", low=0)
+
+
+def follow(robot: Robot, tips: Floats, settings: NumericSettings) -> tuple[Floats | None, NDArray[np.bool_]]:
+    """Joint positions along a path, each pose started from the one before, so that no joint jumps.
+
+    Several solutions of the first pose are followed in turn; of those that reach every pose, the one that stays
+    farthest from limits and singularities is taken.
+
+    Args:
+        robot: whose limits hold.
+        tips: (n, 4, 4) poses of the tip in the base frame.
+        settings: see there.
+
+    Returns:
+        (n, dof) joint positions, or None where no motion stays within the limits;
+        (n,) whether each pose was reached in the best attempt.
+
+    Raises:
+        MissingExtra: pinocchio is not installed.
+    """
+    solver = PinocchioArm(robot, settings)
+    best, worth, reached = None, -np.inf, np.zeros(len(tips), bool)
+    for start in solver.starts(tips[0]):
+        path, ok = solver.track(tips, start)
+        if ok.all() and (value := quality(robot, path)) > worth:
+            best, worth = path, value
+        if ok.sum() > reached.sum():
+            reached = ok
+    return best, reached
+
+
+def quality(robot: Robot, q: Floats) -> float:
+    """How far joint positions (n, dof) stay from limits [rad] and singularities, at their worst."""
+    nearest = robot.margin(q).min()
+    sampled = robot.jacobian(q[:: max(1, len(q) // 50)])
+    smallest = np.linalg.svd(sampled, compute_uv=False)[..., -1].min()
+    return float(min(nearest, 5 * smallest) - 0.02 * np.abs(np.diff(q, axis=0)).sum(0).max(initial=0))
+
+
+class PinocchioArm:
+    """A chain as pinocchio's model."""
+
+    def __init__(self, robot: Robot, settings: NumericSettings) -> None:
+        try:
+            import pinocchio
+        except ImportError as error:
+            raise MissingExtra(f"inverse kinematics of {robot.name}", "robot") from error
+        self.pin: Any = pinocchio
+        self.robot, self.settings = robot, settings
+        self.model = pinocchio.Model()
+        parent = 0
+        for i, name in enumerate(robot.joints):
+            kinds = (pinocchio.JointModelRevoluteUnaligned, pinocchio.JointModelPrismaticUnaligned)
+            joint = kinds[int(robot.prismatic[i])](robot.axes[i].copy())
+            parent = self.model.addJoint(parent, joint, pinocchio.SE3(robot.before[i].copy()), name)
+        self.data = self.model.createData()
+        self.last = parent
+        self.tip = pinocchio.SE3(robot.before[-1].copy())
+
+    def solve(self, tip: Floats, start: Floats) -> tuple[Floats, bool]:
+        """Joint positions (dof,) within the limits that bring the tip to a pose (4, 4), from a start nearby.
+
+        Levenberg-Marquardt on the error in the Lie algebra, its damping in step with the error (Sugihara 2011,
+        doi:10.1109/TRO.2011.2148230).
+
+        Returns:
+            The positions, and whether they reach the pose to the tolerance.
+        """
+        pin, robot = self.pin, self.robot
+        target = pin.SE3(np.array(tip))
+        q = start.copy()
+        for _ in range(self.settings.iterations):
+            pin.forwardKinematics(self.model, self.data, q)
+            at = self.data.oMi[self.last] * self.tip
+            error = pin.log6(at.actInv(target)).vector
+            if np.abs(error).max() < self.settings.tolerance_m:
+                return q, True
+            jacobian = self.tip.actionInverse @ pin.computeJointJacobian(self.model, self.data, q, self.last)
+            damping = 0.5 * float(error @ error) + 1e-10
+            normal = jacobian.T @ jacobian + damping * np.eye(robot.dof)
+            step = np.linalg.solve(normal, jacobian.T @ error)
+            q = np.clip(q + step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-12)), robot.lower, robot.upper)
+        return q, False
+
+    def starts(self, tip: Floats) -> list[Floats]:
+        """Different joint positions that reach a pose, from the named poses and seeded random ones."""
+        robot, rng = self.robot, np.random.default_rng(self.settings.seed)
+        low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+        tried = [*robot.poses.values(), *rng.uniform(low, high, (self.settings.starts, robot.dof))]
+        found: list[Floats] = []
+        for start in tried:
+            q, ok = self.solve(tip, np.clip(start, robot.lower, robot.upper))
+            if ok and all(np.abs(q - other).max() > 0.05 for other in found):
+                found.append(q)
+        return found
+
+    def track(self, tips: Floats, start: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """Joint positions (n, dof) along poses (n, 4, 4), and where (n,) they reach them; stops at the first miss."""
+        path = np.repeat(start[None], len(tips), axis=0)
+        ok = np.zeros(len(tips), bool)
+        q = start
+        for i, tip in enumerate(tips):
+            moved, reached = self.solve(tip, q)
+            if not reached or np.abs(moved - q).max() > 0.6:
+                break
+            path[i], ok[i], q = moved, True, moved
+        return path, ok

@@ -1,0 +1,151 @@
+"""An arm and a sheet go in; where the sheet can lie so that all of it is reached comes out, or why it cannot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from limner.errors import BadInput, CannotDraw
+from limner.motion.ik import Inverse
+from limner.motion.paper import Placement
+from limner.motion.robot import Robot
+from limner.settings import SettingsGroup, setting
+from limner.types import Floats
+
+AUTO = "auto"
+
+
+@dataclass(frozen=True)
+class PlaceSettings(SettingsGroup):
+    """Where the sheet lies, in the robot's base frame."""
+
+    at: str = setting(
+        AUTO, "centre of the sheet and its turn: x,y,z in metres and degrees, such as -0.4,0.3,-0.45,90; or auto: search"
+    )
+    table_m: float | None = setting(
+        None, "height of the table in the base frame, for auto; not set: any", unit="m", low=-10, high=10
+    )
+    spin_deg: float | None = setting(
+        None, "turn of the tool about the pen; not set: whatever suits best", unit="deg", low=-360, high=360
+    )
+    lean_deg: float = setting(0.0, "the pen may lean up to this from upright, for reach", unit="deg", low=0, high=45)
+    lift_mm: float = setting(20.0, "the pen is lifted by this between strokes", unit="mm", low=0.5, high=200)
+    step_m: float = setting(0.05, "grid of the search", unit="m", low=0.01, high=0.2)
+
+
+@dataclass(frozen=True, eq=False)
+class ReachMap:
+    """How well each place can be drawn at.
+
+    Attributes:
+        x_m, y_m, z_m: (nx,), (ny,), (nz,) grid in the base frame.
+        spin_rad: (ns,) turns of the tool.
+        lean_rad: (nl,) leans of the pen, away from the robot's first axis.
+        margin: (nl, ns, nz, ny, nx) distance to the nearest limit [rad], negative or -inf where not reached.
+    """
+
+    x_m: Floats
+    y_m: Floats
+    z_m: Floats
+    spin_rad: Floats
+    lean_rad: Floats
+    margin: Floats
+
+
+def reach_map(robot: Robot, arm: Inverse, settings: PlaceSettings) -> ReachMap:
+    """How well the pen can be held, pointing down, at each point of a grid around the arm."""
+    centre, reach = _reach(robot)
+    low, high = np.maximum(centre - reach, robot.sheet_box_m[0] - 0.2), np.minimum(centre + reach, robot.sheet_box_m[1] + 0.2)
+    x, y = (np.arange(low[k], high[k] + settings.step_m, settings.step_m) for k in range(2))
+    z = np.arange(robot.sheet_box_m[0, 2].clip(low[2]), high[2] - 0.2 + 1e-9, 2 * settings.step_m)
+    if settings.table_m is not None:
+        z = np.array([settings.table_m])
+    spins = np.radians([settings.spin_deg] if settings.spin_deg is not None else np.arange(0, 360, 60))
+    leans = np.radians(sorted({0.0, settings.lean_deg / 2, settings.lean_deg}))
+    points = np.stack(np.meshgrid(z, y, x, indexing="ij")[::-1], axis=-1).reshape(-1, 3)
+    near = np.linalg.norm(points - centre, axis=1) < reach
+    margin = np.full((len(leans), len(spins), len(points)), -np.inf)
+    for k, lean in enumerate(leans):
+        for s, spin in enumerate(spins):
+            tips = Placement(np.eye(4), float(spin), float(lean)).tips(1000 * points[near])
+            margin[k, s, near] = arm.margins(tips)
+    return ReachMap(x, y, z, spins, leans, margin.reshape(len(leans), len(spins), len(z), len(y), len(x)))
+
+
+def _reach(robot: Robot) -> tuple[Floats, float]:
+    """A point that the arm turns about, and how far its tip gets from there."""
+    centre = robot.before[0][:3, 3]
+    steps = np.linalg.norm(robot.before[1:, :3, 3], axis=1).sum()
+    return centre, float(steps + np.where(robot.prismatic, np.maximum(abs(robot.lower), abs(robot.upper)), 0).sum())
+
+
+def candidates(size_mm: tuple[float, float], reach: ReachMap, settings: PlaceSettings, best: int = 12) -> list[Placement]:
+    """Places of a sheet, the one with the widest margins over all its area first."""
+    found: list[tuple[float, Placement]] = []
+    for turn in np.radians((0, 90, 180, 270)):
+        across = np.abs(np.round([math.cos(turn), math.sin(turn)]))
+        width, height = (size_mm if across[0] else size_mm[::-1])
+        need_x, need_y = (math.ceil(side / 2000 / settings.step_m) for side in (width, height))
+        worst = _window_minimum(reach.margin, need_y, need_x)
+        # The pen is lifted at every point, so the next layer up must be good as well.
+        for k, s, iz, iy, ix in _best(worst, best):
+            centre = (reach.x_m[ix], reach.y_m[iy], reach.z_m[iz])
+            flat = Placement.flat(centre, size_mm, float(turn), float(reach.spin_rad[s]))
+            placed = Placement(flat.base_from_paper, flat.spin_rad - float(turn), float(reach.lean_rad[k]), -float(turn))
+            found.append((float(worst[k, s, iz, iy, ix]) - 0.5 * float(reach.lean_rad[k]), placed))
+    found.sort(key=lambda pair: -pair[0])
+    return [placed for _, placed in found[:best]]
+
+
+def _window_minimum(margin: Floats, half_y: int, half_x: int) -> Floats:
+    """Least value within a window around each cell of the last two axes; -inf where it leaves the grid."""
+    padded = np.pad(margin, [(0, 0)] * 3 + [(half_y, half_y), (half_x, half_x)], constant_values=-np.inf)
+    rows = np.lib.stride_tricks.sliding_window_view(padded, 2 * half_y + 1, axis=-2).min(-1)
+    result: Floats = np.lib.stride_tricks.sliding_window_view(rows, 2 * half_x + 1, axis=-1).min(-1)
+    return result
+
+
+def _best(worst: Floats, count: int) -> list[tuple[int, ...]]:
+    order = np.argsort(-worst, axis=None, kind="stable")[:count]
+    return [index for flat in order if worst[index := np.unravel_index(flat, worst.shape)] > 0]  # type: ignore[misc]
+
+
+def parse_place(text: str, size_mm: tuple[float, float], spin_deg: float | None) -> Placement:
+    """A sheet from its centre and turn in words.
+
+    Raises:
+        BadInput: not three or four numbers.
+    """
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (3, 4) or not np.isfinite(numbers).all():
+        raise BadInput(f"place: '{text}' is no place; expected auto, or x,y,z or x,y,z,turn in metres and degrees")
+    turn = math.radians(numbers[3]) if len(numbers) == 4 else 0.0
+    return Placement.flat(numbers[:3], size_mm, turn, math.radians(spin_deg or 0.0))
+
+
+def unreachable(arm: Inverse, placed: Placement, points_mm: Floats, size_mm: tuple[float, float]) -> CannotDraw:
+    """What to say when a sheet cannot be reached: how much of it, which part, and why."""
+    tips = placed.tips(points_mm)
+    margins = arm.margins(tips)
+    missed = margins < 0
+    if not missed.any():
+        return CannotDraw("place: every point can be reached, but not all in one motion; try another place or spin")
+    worst = int(margins.argmin())
+    part = _part(points_mm[missed].mean(0), size_mm)
+    where = ", ".join(f"{value:.3f}" for value in tips[worst][:3, 3])
+    share = 100 * missed.mean()
+    return CannotDraw(
+        f"place: {share:.0f} % of the drawing ({part} of the sheet) cannot be reached; at ({where}) m"
+        f" {arm.why(tips[worst])}"
+    )
+
+
+def _part(centre_mm: Floats, size_mm: tuple[float, float]) -> str:
+    x, y = centre_mm[0] / size_mm[0] - 0.5, centre_mm[1] / size_mm[1] - 0.5
+    words = [word for word in ("lower" if y < -0.1 else "upper" if y > 0.1 else "", "left" if x < -0.1 else "right" if x > 0.1 else "") if word]
+    return " ".join(words) or "middle"

@@ -1,0 +1,121 @@
+"""A path of joint positions goes in; the fastest motion along it within all limits comes out (TOPP-RA)."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from limner.errors import CannotDraw, MissingExtra
+from limner.motion.lifted import LiftedPath
+from limner.motion.robot import Robot
+from limner.settings import SettingsGroup, setting
+from limner.types import Floats, JointTrajectory
+
+
+@dataclass(frozen=True)
+class RetimeSettings(SettingsGroup):
+    """How fast the pen may go."""
+
+    pen_speed: float = setting(100.0, "the pen's speed on the paper", unit="mm/s", low=0.1, high=5000)
+    travel_speed: float = setting(250.0, "the pen's speed while lifted", unit="mm/s", low=0.1, high=5000)
+    pen_acceleration: float = setting(1000.0, "the pen's acceleration along its path", unit="mm/s^2", low=1, high=1e5)
+    margin: float = setting(0.01, "part of every limit that is not used", low=0, high=0.9)
+    grid_per_mm: float = setting(5.0, "places per millimetre of path where limits are held", low=0.1, high=100)
+    sample_s: float = setting(0.02, "time between samples of the result", unit="s", low=0.001, high=1)
+
+
+def retime(robot: Robot, path: LiftedPath, q: Floats, settings: RetimeSettings) -> JointTrajectory:
+    """Time-optimal motion through joint positions, at rest where the path says so.
+
+    Each piece between two stops is a cubic spline over the length of the pen's way, timed by TOPP-RA (Pham & Pham
+    2018, doi:10.1109/TRO.2018.2819195) on a fine grid with the interpolation scheme, under the joints' limits of
+    velocity and acceleration; the length itself goes along as one more joint, whose limits are the pen's.
+
+    Args:
+        robot: whose limits hold.
+        path: of the pen, n points.
+        q: (n, dof) joint positions at them.
+        settings: limits of the pen, margin and sampling.
+
+    Raises:
+        CannotDraw: a piece has no motion within the limits.
+        MissingExtra: toppra is not installed.
+    """
+    steps = np.linalg.norm(np.diff(path.points_mm, axis=0), axis=1) / 1000
+    length = np.concatenate([[0.0], np.cumsum(steps)])
+    timer = _Timer(robot, settings)
+    parts, start = [], 0.0
+    for a, b in path.pieces():
+        drawing = bool(path.down[b])
+        samples = timer.samples(length[a : b + 1] - length[a], q[a : b + 1], drawing)
+        if samples is None:
+            at = ", ".join(f"{value:.1f}" for value in path.points_mm[a])
+            raise CannotDraw(f"plan: no motion within the limits of {robot.name} from ({at}) mm on the paper; lower the pen's speed")
+        t, *moved = samples
+        keep = slice(1 if parts else 0, None)
+        count = len(t[keep])
+        parts.append((start + t[keep], *(m[keep] for m in moved), np.full(count, drawing), np.full(count, path.stroke[b])))
+        start += float(t[-1])
+    t_s, position, velocity, acceleration, down, stroke = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    return JointTrajectory(robot.joints, t_s, position, velocity, acceleration, down, stroke)
+
+
+class _Timer:
+    """toppra with the limits of one robot and pen."""
+
+    def __init__(self, robot: Robot, settings: RetimeSettings) -> None:
+        try:
+            import toppra
+            import toppra.algorithm
+            import toppra.constraint
+        except ImportError as error:
+            raise MissingExtra(f"timing the motion of {robot.name}", "robot") from error
+        logging.getLogger("toppra").setLevel(logging.CRITICAL)
+        self.toppra: Any = toppra
+        self.settings, self.dof = settings, robot.dof
+        self.limits = {down: self._limits(robot, down) for down in (True, False)}
+        self.constraints = {down: self._constraints(*self.limits[down]) for down in (True, False)}
+
+    def _limits(self, robot: Robot, down: bool) -> tuple[Floats, Floats]:
+        """Velocities and accelerations of the joints and of the pen along its path."""
+        speed = (self.settings.pen_speed if down else self.settings.travel_speed) / 1000
+        share = 1 - self.settings.margin
+        velocity = share * np.append(robot.velocity, speed)
+        return velocity, share * np.append(robot.acceleration, self.settings.pen_acceleration / 1000)
+
+    def _constraints(self, velocity: Floats, acceleration: Floats) -> list[Any]:
+        constraint = self.toppra.constraint
+        both = np.array([-1.0, 1.0])
+        return [
+            constraint.JointVelocityConstraint(velocity[:, None] * both),
+            constraint.JointAccelerationConstraint(
+                acceleration[:, None] * both, discretization_scheme=constraint.DiscretizationType.Interpolation
+            ),
+        ]
+
+    def samples(self, length_m: Floats, q: Floats, drawing: bool) -> tuple[Floats, ...] | None:
+        """Times, positions, velocities and accelerations of one piece; None where there is no motion."""
+        toppra, settings = self.toppra, self.settings
+        way = toppra.SplineInterpolator(length_m, np.column_stack([q, length_m]), "natural" if len(q) > 2 else "not-a-knot")
+        count = max(20, int(np.ceil(1000 * length_m[-1] * settings.grid_per_mm)))
+        grid = np.linspace(0, length_m[-1], count + 1)
+        instance = toppra.algorithm.TOPPRA(
+            self.constraints[drawing], way, gridpoints=grid, parametrizer="ParametrizeConstAccel"
+        )
+        motion = instance.compute_trajectory(0, 0)
+        if motion is None:
+            return None
+        stretch = self._stretch(motion, drawing)
+        t = np.linspace(0, motion.duration, max(2, int(np.ceil(stretch * motion.duration / settings.sample_s)) + 1))
+        q, qd, qdd = (np.asarray(motion(t, order))[:, : self.dof] / stretch**order for order in (0, 1, 2))
+        return stretch * t, q, qd, qdd
+
+    def _stretch(self, motion: Any, drawing: bool) -> float:
+        """By how much a piece must be slowed where limits are exceeded between the places of the grid."""
+        t = np.linspace(0, motion.duration, max(50, int(motion.duration / 0.002)))
+        velocity, acceleration = (np.abs(np.asarray(motion(t, order))).max(0) for order in (1, 2))
+        limits = self.limits[drawing]
+        return float(max(1.0, (velocity / limits[0]).max(), np.sqrt((acceleration / limits[1]).max())))
