@@ -13,7 +13,7 @@ SRC = Path(__file__).parents[1] / "src" / "limner"
 FILES = sorted(SRC.rglob("*.py"))
 
 # What each part may import, beside itself. `base` is the ground that everybody stands on.
-BASE = {"errors", "settings", "types", "stages", "storage", "units", "geometry"}
+BASE = {"errors", "settings", "types", "stages", "storage", "units", "geometry", "transforms"}
 ALLOWED = {
     "errors": set(),
     "settings": {"errors"},
@@ -22,6 +22,7 @@ ALLOWED = {
     "storage": {"errors", "types"},
     "units": {"errors", "types"},
     "geometry": {"errors", "types"},
+    "transforms": {"types"},
     "vision": BASE,
     "drawing": BASE,
     "motion": BASE,
@@ -48,6 +49,9 @@ HEAVY = {
     "serial": {"targets/serial_link.py"},
     "skimage": {"vision/landmarks/fmp/scenes.py"},
     "pillow_heif": {"vision/photo.py"},
+    "urdf_parser_py": {"motion/arm/urdf.py"},
+    "pinocchio": {"motion/arm/numeric_ik.py"},
+    "toppra": {"motion/arm/retime.py"},
 }
 
 

@@ -82,7 +82,8 @@ def to_quaternion(rotations: ArrayLike) -> Floats:
     largest = np.diagonal(rows, axis1=-2, axis2=-1).argmax(-1)
     row = np.take_along_axis(rows, largest[..., None, None], -2)[..., 0, :]
     row = row / np.linalg.norm(row, axis=-1, keepdims=True)
-    return np.where(row[..., :1] < 0, -row, row)
+    upper_half: Floats = np.where(row[..., :1] < 0, -row, row)
+    return upper_half
 
 
 def from_quaternion(wxyz: ArrayLike) -> Floats:

@@ -72,7 +72,7 @@ def _agreeing(points: Floats, limit_m: float) -> NDArray[np.bool_]:
     i, j, k = _triples(len(points))
     normals = np.cross(points[j] - points[i], points[k] - points[i])
     size = np.linalg.norm(normals, axis=1)
-    span = np.linalg.norm(np.ptp(points, axis=0))
+    span = float(np.linalg.norm(np.ptp(points, axis=0)))
     wide = size > 1e-3 * max(span, 1e-9) ** 2
     if not wide.any():
         raise BadInput("calibration: all points lie nearly on a line or at one place; probe one well beside them")

@@ -12,7 +12,7 @@ import numpy as np
 
 from limner import transforms
 from limner.errors import BadInput, MissingExtra
-from limner.motion.robot import Capsule, Robot
+from limner.motion.arm.robot import Capsule, Robot
 from limner.types import Floats
 
 MAX_BYTES = 20 * 2**20
@@ -179,7 +179,9 @@ class _Tree:
         chain, link = [], self.tip
         while link != self.base:
             if link not in self.above:
-                raise BadInput(f"{self.name}: link '{self.tip}' does not hang on '{self.base}'; name another base or tip")
+                raise BadInput(
+                    f"{self.name}: link '{self.tip}' does not hang on '{self.base}'; name another base or tip"
+                )
             chain.append(self.above[link])
             link = self.above[link].parent
         return chain[::-1]
@@ -193,7 +195,7 @@ class _Tree:
         leaves = [link for link in self.links if not self.below[link]]
         if len(leaves) > 1:
             raise BadInput(f"{self.name}: several links could be the pen's tip; name one: {', '.join(leaves)}")
-        return leaves[0]
+        return str(leaves[0])
 
     def _check(self, joint: Any) -> None:
         if joint.mimic is not None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from limner.motion.robot import Robot
-from limner.motion.srs import BRANCHES, SphericalArm
+from limner.motion.arm.robot import Robot
+from limner.motion.arm.srs import BRANCHES, SphericalArm
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats
 
@@ -18,8 +18,12 @@ class ElbowSettings(SettingsGroup):
     """How the free turn of the elbow is chosen along a path."""
 
     angles: int = setting(72, "elbow angles that are tried at each pose", low=8, high=720)
-    knot_mm: float = setting(15.0, "distance along the path between poses where it is chosen", unit="mm", low=1, high=200)
-    margin_deg: float = setting(5.0, "joints keep this far from their limits where they can", unit="deg", low=0, high=60)
+    knot_mm: float = setting(
+        15.0, "distance along the path between poses where it is chosen", unit="mm", low=1, high=200
+    )
+    margin_deg: float = setting(
+        5.0, "joints keep this far from their limits where they can", unit="deg", low=0, high=60
+    )
     margin_weight: float = setting(4.0, "price of being nearer to a limit than that, against moving", low=0, high=1000)
     singular_weight: float = setting(0.3, "price of a straight elbow or wrist, against moving", low=0, high=1000)
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from limner.errors import CannotDraw, MissingExtra
-from limner.motion.lifted import LiftedPath
-from limner.motion.robot import Robot
+from limner.motion.arm.lifted import LiftedPath
+from limner.motion.arm.robot import Robot
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats, JointTrajectory
 
@@ -47,19 +47,26 @@ def retime(robot: Robot, path: LiftedPath, q: Floats, settings: RetimeSettings) 
     steps = np.linalg.norm(np.diff(path.points_mm, axis=0), axis=1) / 1000
     length = np.concatenate([[0.0], np.cumsum(steps)])
     timer = _Timer(robot, settings)
-    parts, start = [], 0.0
+    parts: list[tuple[Any, ...]] = []
+    start = 0.0
     for a, b in path.pieces():
         drawing = bool(path.down[b])
         samples = timer.samples(length[a : b + 1] - length[a], q[a : b + 1], drawing)
         if samples is None:
             at = ", ".join(f"{value:.1f}" for value in path.points_mm[a])
-            raise CannotDraw(f"plan: no motion within the limits of {robot.name} from ({at}) mm on the paper; lower the pen's speed")
+            raise CannotDraw(
+                f"plan: no motion within the limits of {robot.name} from ({at}) mm on the paper; lower the pen's speed"
+            )
         t, *moved = samples
         keep = slice(1 if parts else 0, None)
         count = len(t[keep])
-        parts.append((start + t[keep], *(m[keep] for m in moved), np.full(count, drawing), np.full(count, path.stroke[b])))
+        parts.append(
+            (start + t[keep], *(m[keep] for m in moved), np.full(count, drawing), np.full(count, path.stroke[b]))
+        )
         start += float(t[-1])
-    t_s, position, velocity, acceleration, down, stroke = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    t_s, position, velocity, acceleration, down, stroke = (
+        np.concatenate(columns) for columns in zip(*parts, strict=True)
+    )
     return JointTrajectory(robot.joints, t_s, position, velocity, acceleration, down, stroke)
 
 
@@ -99,7 +106,9 @@ class _Timer:
     def samples(self, length_m: Floats, q: Floats, drawing: bool) -> tuple[Floats, ...] | None:
         """Times, positions, velocities and accelerations of one piece; None where there is no motion."""
         toppra, settings = self.toppra, self.settings
-        way = toppra.SplineInterpolator(length_m, np.column_stack([q, length_m]), "natural" if len(q) > 2 else "not-a-knot")
+        way = toppra.SplineInterpolator(
+            length_m, np.column_stack([q, length_m]), "natural" if len(q) > 2 else "not-a-knot"
+        )
         count = max(20, int(np.ceil(1000 * length_m[-1] * settings.grid_per_mm)))
         grid = np.linspace(0, length_m[-1], count + 1)
         instance = toppra.algorithm.TOPPRA(
@@ -108,14 +117,14 @@ class _Timer:
         motion = instance.compute_trajectory(0, 0)
         if motion is None:
             return None
-        stretch = self._stretch(motion, drawing)
+        stretch = self._stretch(motion, np.linspace(0, motion.duration, max(50, int(motion.duration / 0.002))), drawing)
         t = np.linspace(0, motion.duration, max(2, int(np.ceil(stretch * motion.duration / settings.sample_s)) + 1))
+        stretch = max(stretch, self._stretch(motion, t, drawing))
         q, qd, qdd = (np.asarray(motion(t, order))[:, : self.dof] / stretch**order for order in (0, 1, 2))
         return stretch * t, q, qd, qdd
 
-    def _stretch(self, motion: Any, drawing: bool) -> float:
+    def _stretch(self, motion: Any, t: Floats, drawing: bool) -> float:
         """By how much a piece must be slowed where limits are exceeded between the places of the grid."""
-        t = np.linspace(0, motion.duration, max(50, int(motion.duration / 0.002)))
         velocity, acceleration = (np.abs(np.asarray(motion(t, order))).max(0) for order in (1, 2))
         limits = self.limits[drawing]
         return float(max(1.0, (velocity / limits[0]).max(), np.sqrt((acceleration / limits[1]).max())))

@@ -10,8 +10,8 @@ from typing import Any
 
 from limner import storage
 from limner.errors import BadInput
-from limner.motion.robot import Robot
-from limner.motion.urdf import ChainRequest, parse_urdf
+from limner.motion.arm.robot import Robot
+from limner.motion.arm.urdf import ChainRequest, parse_urdf
 
 ROBOTS = ("dumbo", "lwa4d", "ur5e")
 """Robots that come with limner."""
@@ -23,7 +23,8 @@ def load_robot(source: str | Path, base: str = "", tip: str = "") -> Robot:
     Args:
         source: one of ``ROBOTS``, or a .urdf; beside it a .toml of the same name may hold what URDF cannot say (the
             fields of ``ChainRequest``).
-        base, tip: links the chain goes between, instead of the robot's own.
+        base: link that the chain starts from, instead of the robot's own.
+        tip: link at the tip of the pen, likewise.
 
     Raises:
         BadInput: no such robot or file, or one that cannot be used.
@@ -53,7 +54,9 @@ def _request(toml: bytes, source: str, base: str, tip: str) -> ChainRequest:
     values |= {name: link for name, link in (("base", base), ("tip", tip)) if link}
     fields = {field.name for field in dataclasses.fields(ChainRequest)}
     if unknown := sorted(set(values) - fields):
-        raise BadInput(f"{Path(source).with_suffix('.toml')}: {unknown[0]} does not exist; choose {', '.join(sorted(fields))}")
+        raise BadInput(
+            f"{Path(source).with_suffix('.toml')}: {unknown[0]} does not exist; choose {', '.join(sorted(fields))}"
+        )
     for name in ("acceleration", "jerk"):
         if name in values:
             values[name] = tuple(values[name])

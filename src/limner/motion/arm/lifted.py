@@ -1,7 +1,8 @@
-"""A drawing goes in; the pen's path in space comes out: down straight, along the ink, up straight, level to the next."""
+"""A drawing goes in; the pen's way in space comes out: straight down, along the ink, straight up, level on."""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,7 @@ class LiftedPath(Value):
     def pieces(self) -> list[tuple[int, int]]:
         """First and last index of each piece between two stops."""
         stops = np.flatnonzero(self.stop)
-        return [(int(a), int(b)) for a, b in zip(stops[:-1], stops[1:], strict=True)]
+        return [(int(a), int(b)) for a, b in itertools.pairwise(stops)]
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class _Builder:
     def draw(self, line: Floats, index: int) -> None:
         """A stroke from where the pen is, at rest at its ends and where it turns sharply."""
         rests = np.flatnonzero(_corners(line, self.settings.corner_deg if self.settings.round_mm else 0.0))
-        for a, b in zip(rests[:-1], rests[1:], strict=True):
+        for a, b in itertools.pairwise(rests):
             self._add(_rounded(line[a : b + 1], self.settings.round_mm, self.settings.spacing_mm), index)
 
     def travel_to(self, target: Floats) -> None:
@@ -120,9 +121,7 @@ class _Builder:
         self.stop += [False] * (count - 1) + [True]
 
     def path(self) -> LiftedPath:
-        return LiftedPath(
-            np.concatenate(self.points), np.array(self.down), np.array(self.stroke), np.array(self.stop)
-        )
+        return LiftedPath(np.concatenate(self.points), np.array(self.down), np.array(self.stroke), np.array(self.stop))
 
 
 def _rounded(line: Floats, tolerance: float, spacing: float) -> Floats:
@@ -143,7 +142,9 @@ def _blended(line: Floats, cut: float | Floats, spacing: float) -> Floats:
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
     inner = np.minimum(cut, np.minimum(lengths[:-1], lengths[1:]) / 2) if len(line) > 2 else np.zeros(0)
     pieces, at = [line[:1]], line[0]
-    for corner, reach, before, after in zip(line[1:-1], np.broadcast_to(inner, len(line) - 2), line[:-2], line[2:], strict=True):
+    for corner, reach, before, after in zip(
+        line[1:-1], np.broadcast_to(inner, len(line) - 2), line[:-2], line[2:], strict=True
+    ):
         enter = corner + reach * (before - corner) / max(np.linalg.norm(before - corner), 1e-12)
         leave = corner + reach * (after - corner) / max(np.linalg.norm(after - corner), 1e-12)
         pieces += [_divided(at, enter, spacing), _parabola(enter, corner, leave, spacing)]

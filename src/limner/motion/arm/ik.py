@@ -8,11 +8,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from limner.motion import elbow, numeric_ik
-from limner.motion.elbow import ElbowSettings
-from limner.motion.numeric_ik import NumericSettings, PinocchioArm
-from limner.motion.robot import Robot
-from limner.motion.srs import SphericalArm
+from limner.motion.arm import elbow, numeric_ik
+from limner.motion.arm.elbow import ElbowSettings
+from limner.motion.arm.numeric_ik import NumericSettings, PinocchioArm
+from limner.motion.arm.robot import Robot
+from limner.motion.arm.srs import SphericalArm
 from limner.settings import SettingsGroup, group
 from limner.types import Floats
 
@@ -112,7 +112,9 @@ class _Numeric:
             return ""
         reach = max(float(np.linalg.norm(self.robot.forward(q)[:3, 3])) for q in self._sampled())
         distance = float(np.linalg.norm(tip[:3, 3]))
-        return f"{1000 * distance:.0f} mm from the base (it reaches {1000 * reach:.0f} mm stretched), pen held like this"
+        return (
+            f"{1000 * distance:.0f} mm from the base (it reaches {1000 * reach:.0f} mm stretched), pen held like this"
+        )
 
     def _sampled(self) -> Floats:
         rng = np.random.default_rng(self.settings.seed)

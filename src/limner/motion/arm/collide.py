@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limner import transforms
-from limner.motion.robot import Robot
+from limner.motion.arm.robot import Robot
 from limner.types import Floats
 
 

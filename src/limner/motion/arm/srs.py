@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from limner import transforms
-from limner.motion.robot import Robot
+from limner.motion.arm.robot import Robot
 from limner.types import Floats
 
 BRANCHES = tuple(itertools.product((1, -1), repeat=3))

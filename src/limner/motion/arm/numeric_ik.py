@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limner.errors import MissingExtra
-from limner.motion.robot import Robot
+from limner.motion.arm.robot import Robot
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats
 

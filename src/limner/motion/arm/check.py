@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from limner.errors import CannotDraw
-from limner.motion.robot import Robot
+from limner.motion.arm.robot import Robot
 from limner.types import Floats, JointTrajectory
 
 TOLERANCE = 0.01
@@ -55,13 +55,16 @@ def _check_positions(trajectory: JointTrajectory, robot: Robot, tolerance: float
         )
 
 
-def _check(name: str, values: Floats, limit: Floats, trajectory: JointTrajectory, robot: Robot, tolerance: float) -> None:
+def _check(
+    name: str, values: Floats, limit: Floats, trajectory: JointTrajectory, robot: Robot, tolerance: float
+) -> None:
     ratio = np.abs(values) / limit
     if not (ratio <= 1 + tolerance).all():
         sample, joint = np.unravel_index(int(np.nan_to_num(ratio, nan=np.inf).argmax()), ratio.shape)
         raise CannotDraw(
             f"trajectory: joint {robot.joints[joint]} has a {name} of {abs(values[sample, joint]):.3g} at"
-            f" {trajectory.t_s[sample]:.2f} s, {100 * (ratio[sample, joint] - 1):.0f} % over its limit of {limit[joint]:.3g}"
+            f" {trajectory.t_s[sample]:.2f} s, {100 * (ratio[sample, joint] - 1):.0f} % over its limit"
+            f" of {limit[joint]:.3g}"
         )
 
 
@@ -74,5 +77,6 @@ def _check_jumps(trajectory: JointTrajectory, robot: Robot, tolerance: float) ->
         sample, joint = np.unravel_index(int((change - possible).argmax()), change.shape)
         raise CannotDraw(
             f"trajectory: the velocity of joint {robot.joints[joint]} jumps by {change[sample, joint]:.3g} at"
-            f" {trajectory.t_s[sample]:.2f} s, faster than its acceleration limit of {robot.acceleration[joint]:.3g} allows"
+            f" {trajectory.t_s[sample]:.2f} s, faster than its acceleration limit"
+            f" of {robot.acceleration[joint]:.3g} allows"
         )

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from limner.errors import BadInput, CannotDraw
-from limner.motion.ik import Inverse
-from limner.motion.paper import Placement
-from limner.motion.robot import Robot
+from limner.motion.arm.ik import Inverse
+from limner.motion.arm.paper import Placement
+from limner.motion.arm.robot import Robot
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats
 
@@ -22,7 +22,8 @@ class PlaceSettings(SettingsGroup):
     """Where the sheet lies, in the robot's base frame."""
 
     at: str = setting(
-        AUTO, "centre of the sheet and its turn: x,y,z in metres and degrees, such as -0.4,0.3,-0.45,90; or auto: search"
+        AUTO,
+        "centre of the sheet and its turn: x,y,z in metres and degrees, such as -0.4,0.3,-0.45,90; or auto: search",
     )
     table_m: float | None = setting(
         None, "height of the table in the base frame, for auto; not set: any", unit="m", low=-10, high=10
@@ -57,7 +58,10 @@ class ReachMap:
 def reach_map(robot: Robot, arm: Inverse, settings: PlaceSettings) -> ReachMap:
     """How well the pen can be held, pointing down, at each point of a grid around the arm."""
     centre, reach = _reach(robot)
-    low, high = np.maximum(centre - reach, robot.sheet_box_m[0] - 0.2), np.minimum(centre + reach, robot.sheet_box_m[1] + 0.2)
+    low, high = (
+        np.maximum(centre - reach, robot.sheet_box_m[0] - 0.2),
+        np.minimum(centre + reach, robot.sheet_box_m[1] + 0.2),
+    )
     x, y = (np.arange(low[k], high[k] + settings.step_m, settings.step_m) for k in range(2))
     z = np.arange(robot.sheet_box_m[0, 2].clip(low[2]), high[2] - 0.2 + 1e-9, 2 * settings.step_m)
     if settings.table_m is not None:
@@ -81,19 +85,23 @@ def _reach(robot: Robot) -> tuple[Floats, float]:
     return centre, float(steps + np.where(robot.prismatic, np.maximum(abs(robot.lower), abs(robot.upper)), 0).sum())
 
 
-def candidates(size_mm: tuple[float, float], reach: ReachMap, settings: PlaceSettings, best: int = 12) -> list[Placement]:
+def candidates(
+    size_mm: tuple[float, float], reach: ReachMap, settings: PlaceSettings, best: int = 12
+) -> list[Placement]:
     """Places of a sheet, the one with the widest margins over all its area first."""
     found: list[tuple[float, Placement]] = []
     for turn in np.radians((0, 90, 180, 270)):
         across = np.abs(np.round([math.cos(turn), math.sin(turn)]))
-        width, height = (size_mm if across[0] else size_mm[::-1])
+        width, height = size_mm if across[0] else size_mm[::-1]
         need_x, need_y = (math.ceil(side / 2000 / settings.step_m) for side in (width, height))
         worst = _window_minimum(reach.margin, need_y, need_x)
         # The pen is lifted at every point, so the next layer up must be good as well.
         for k, s, iz, iy, ix in _best(worst, best):
             centre = (reach.x_m[ix], reach.y_m[iy], reach.z_m[iz])
             flat = Placement.flat(centre, size_mm, float(turn), float(reach.spin_rad[s]))
-            placed = Placement(flat.base_from_paper, flat.spin_rad - float(turn), float(reach.lean_rad[k]), -float(turn))
+            placed = Placement(
+                flat.base_from_paper, flat.spin_rad - float(turn), float(reach.lean_rad[k]), -float(turn)
+            )
             found.append((float(worst[k, s, iz, iy, ix]) - 0.5 * float(reach.lean_rad[k]), placed))
     found.sort(key=lambda pair: -pair[0])
     return [placed for _, placed in found[:best]]
@@ -109,7 +117,7 @@ def _window_minimum(margin: Floats, half_y: int, half_x: int) -> Floats:
 
 def _best(worst: Floats, count: int) -> list[tuple[int, ...]]:
     order = np.argsort(-worst, axis=None, kind="stable")[:count]
-    return [index for flat in order if worst[index := np.unravel_index(flat, worst.shape)] > 0]  # type: ignore[misc]
+    return [index for flat in order if worst[index := np.unravel_index(flat, worst.shape)] > 0]
 
 
 def parse_place(text: str, size_mm: tuple[float, float], spin_deg: float | None) -> Placement:
@@ -147,5 +155,12 @@ def unreachable(arm: Inverse, placed: Placement, points_mm: Floats, size_mm: tup
 
 def _part(centre_mm: Floats, size_mm: tuple[float, float]) -> str:
     x, y = centre_mm[0] / size_mm[0] - 0.5, centre_mm[1] / size_mm[1] - 0.5
-    words = [word for word in ("lower" if y < -0.1 else "upper" if y > 0.1 else "", "left" if x < -0.1 else "right" if x > 0.1 else "") if word]
+    words = [
+        word
+        for word in (
+            "lower" if y < -0.1 else "upper" if y > 0.1 else "",
+            "left" if x < -0.1 else "right" if x > 0.1 else "",
+        )
+        if word
+    ]
     return " ".join(words) or "middle"

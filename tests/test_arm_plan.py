@@ -1,0 +1,185 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from limner.errors import BadInput, CannotDraw, NothingToDraw
+from limner.motion.arm.check import check
+from limner.motion.arm.collide import deepest, segment_distance
+from limner.motion.arm.ik import inverse
+from limner.motion.arm.lifted import LiftSettings, lifted_path
+from limner.motion.arm.paper import Placement
+from limner.motion.arm.place import PlaceSettings, candidates, parse_place, reach_map, unreachable
+from limner.motion.arm.retime import RetimeSettings, retime
+from limner.motion.arm.robot import Capsule
+from limner.motion.arm.robots import load_robot
+from limner.types import Drawing
+
+pytest.importorskip("urdf_parser_py", reason="pip install 'limner[robot]'")
+pytest.importorskip("toppra", reason="pip install 'limner[robot]'")
+
+CENTRE = (-0.25, 0.4, -0.3)
+
+
+def drawing(seed=0, strokes=6):
+    rng = np.random.default_rng(seed)
+    lines = [
+        np.cumsum(rng.normal(0, 4, (rng.integers(1, 12), 2)), axis=0) + rng.uniform(40, 110, 2) for _ in range(strokes)
+    ]
+    return Drawing(tuple(lines), ("face",) * strokes, np.ones(strokes))
+
+
+def distance_to_polyline(points, line):
+    a, b = line[:-1], line[1:]
+    along = np.clip(((points[:, None] - a) * (b - a)).sum(-1) / np.maximum(((b - a) ** 2).sum(-1), 1e-12), 0, 1)
+    return np.linalg.norm(points[:, None] - a - along[..., None] * (b - a), axis=-1).min(1)
+
+
+@pytest.fixture(scope="module")
+def planned():
+    robot, settings = load_robot("dumbo"), LiftSettings()
+    path = lifted_path(drawing(), settings)
+    placed = Placement.flat(CENTRE, (148, 210))
+    q, _ = inverse(robot).follow(placed.tips(path.points_mm))
+    return robot, path, placed, retime(robot, path, q, RetimeSettings())
+
+
+@given(st.integers(0, 10_000), st.floats(0.5, 20), st.floats(0, 3))
+def test_the_pen_goes_straight_up_and_down_and_never_sideways_near_the_paper(seed, lift, press):
+    settings = LiftSettings(lift_mm=lift, clear_mm=min(2.0, lift / 2), press_mm=press)
+    path = lifted_path(drawing(seed), settings)
+    low = (~path.down[1:]) & (np.minimum(path.points_mm[1:, 2], path.points_mm[:-1, 2]) < settings.clear_mm - 1e-9)
+    sideways = np.linalg.norm(np.diff(path.points_mm[:, :2], axis=0), axis=1)
+    assert sideways[low].max(initial=0) < 1e-9
+    assert np.isclose(path.points_mm[path.down, 2], -press).all()
+    assert path.points_mm[:, 2].max() <= lift + 1e-9
+
+
+@given(st.integers(0, 10_000), st.floats(0, 1))
+def test_rounded_strokes_stay_within_the_tolerance_and_keep_their_ends(seed, tolerance):
+    made = drawing(seed)
+    path = lifted_path(made, LiftSettings(round_mm=tolerance, spacing_mm=0.5))
+    for index, line in enumerate(made.lines_mm):
+        if len(line) > 1:
+            drawn = path.points_mm[path.stroke == index, :2]
+            assert distance_to_polyline(drawn, line).max() <= tolerance + 1e-6
+            assert np.allclose(drawn[-1], line[-1])
+            assert distance_to_polyline(line, np.vstack([line[:1], drawn])).max() <= 2 * tolerance + 1e-6
+
+
+def test_an_empty_drawing_has_no_path():
+    with pytest.raises(NothingToDraw):
+        lifted_path(Drawing((), (), np.zeros(0)), LiftSettings())
+
+
+def test_limits_hold_at_every_sample_and_between(planned):
+    robot, _, _, motion = planned
+    check(motion, robot)
+    assert (np.abs(motion.qd) <= robot.velocity).all()
+    assert (np.abs(motion.qdd) <= robot.acceleration * 1.01).all()
+    assert (np.diff(motion.t_s) > 0).all()
+
+
+def test_the_tip_draws_what_was_asked_for(planned):
+    robot, path, placed, motion = planned
+    tip = placed.points_mm(robot.forward(motion.q)[:, :3, 3])
+    assert distance_to_polyline(tip, path.points_mm).max() < 0.1
+    assert tip[motion.down, 2].max() < -1.9
+
+
+def test_the_pen_keeps_to_its_speed(planned):
+    robot, _, placed, motion = planned
+    tip = placed.points_mm(robot.forward(motion.q)[:, :3, 3])
+    speed = np.linalg.norm(np.diff(tip, axis=0), axis=1) / np.diff(motion.t_s)
+    assert speed[motion.down[1:]].max() <= 100 * 1.01
+
+
+def test_the_same_plan_is_the_same_to_the_last_bit(planned):
+    robot, path, placed, motion = planned
+    q, _ = inverse(robot).follow(placed.tips(path.points_mm))
+    assert retime(robot, path, q, RetimeSettings()) == motion
+
+
+def test_a_faster_pen_is_never_slower(planned):
+    robot, path, placed, motion = planned
+    q, _ = inverse(robot).follow(placed.tips(path.points_mm))
+    slow = retime(robot, path, q, RetimeSettings(pen_speed=20.0, travel_speed=50.0))
+    assert slow.t_s[-1] > motion.t_s[-1]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda m, r: dataclasses.replace(m, q=m.q + 10), "goes to"),
+        (lambda m, r: dataclasses.replace(m, qd=m.qd * 5), "velocity"),
+        (lambda m, r: dataclasses.replace(m, qdd=m.qdd * 2), "acceleration"),
+        (lambda m, r: dataclasses.replace(m, t_s=m.t_s / 3), "over its limit|jumps"),
+        (lambda m, r: dataclasses.replace(m, t_s=m.t_s / 3, qd=m.qd * 0, qdd=m.qdd * 0), "over its limit"),
+        (lambda m, r: dataclasses.replace(m, names=("a",) * 7), "for the joints"),
+    ],
+)
+def test_an_altered_motion_is_refused(planned, change, words):
+    robot, _, _, motion = planned
+    with pytest.raises(CannotDraw, match=words):
+        check(change(motion, robot), robot)
+
+
+def test_one_altered_sample_is_found(planned):
+    robot, _, _, motion = planned
+    rng = np.random.default_rng(0)
+    for sample in rng.integers(1, len(motion.t_s) - 1, 20):
+        q = motion.q.copy()
+        q[sample, 3] += 0.1
+        with pytest.raises(CannotDraw):
+            check(dataclasses.replace(motion, q=q), robot)
+
+
+def test_places_that_are_found_can_be_drawn_at():
+    robot = load_robot("dumbo")
+    arm = inverse(robot)
+    reach = reach_map(robot, arm, PlaceSettings(table_m=-0.4, step_m=0.08))
+    places = candidates((148, 210), reach, PlaceSettings(step_m=0.08))
+    assert places
+    corners = np.array([(x, y, z) for x in (5, 74, 143) for y in (5, 105, 205) for z in (-2.0, 5.0)])
+    for placed in places:
+        assert (arm.margins(placed.tips(corners)) > 0).all()
+        assert placed.base_from_paper[2, 3] == pytest.approx(-0.4)
+
+
+def test_what_cannot_be_reached_is_named():
+    robot = load_robot("dumbo")
+    placed = parse_place("-0.25,0.6,-0.3", (148, 210), None)
+    points = np.column_stack([*np.meshgrid(np.linspace(10, 138, 5), np.linspace(10, 200, 7))]).reshape(-1, 2)
+    error = unreachable(inverse(robot), placed, points, (148, 210))
+    assert "upper" in str(error)
+    assert "shoulder" in str(error) or "joint" in str(error)
+
+
+@pytest.mark.parametrize("text", ["here", "1,2", "1,2,nan", "1,2,3,4,5", ""])
+def test_a_place_that_is_none_is_refused(text):
+    with pytest.raises(BadInput, match="no place"):
+        parse_place(text, (148, 210), None)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_distance_of_segments_is_that_of_many_points_on_them(seed):
+    p0, p1, q0, q1 = np.random.default_rng(seed).normal(size=(4, 3))
+    t = np.linspace(0, 1, 200)[:, None]
+    sampled = np.linalg.norm((p0 + t * (p1 - p0))[:, None] - (q0 + t * (q1 - q0)), axis=-1).min()
+    found = float(segment_distance(p0, p1, q0, q1))
+    assert found <= sampled + 1e-12
+    assert sampled - found < 0.05
+
+
+def test_collisions_with_table_and_self_are_found_and_absent_in_the_plan(planned):
+    robot, _, placed, motion = planned
+    elbow_first = np.array([[0, 1.5, 0, 2.0, 0, 0.5, 0]])
+    folded = np.array([[0, 0, 0, 2.09, 0, 1.95, 0]])
+    assert deepest(robot, folded).other > 0 or deepest(robot, folded).link >= 0
+    table = Placement.flat((0, 0, 0.05), (148, 210)).base_from_paper
+    assert deepest(robot, elbow_first, table) is not None
+    assert deepest(robot, robot.pose("safe")[None]) is None
+    apart = dataclasses.replace(robot, capsules=(Capsule(1, np.zeros(3), np.zeros(3), 0.01),))
+    assert deepest(apart, folded) is None
+    assert deepest(robot, motion.q[::20], placed.base_from_paper) is None
