@@ -69,6 +69,7 @@ if TYPE_CHECKING:
         Strokes as Strokes,
     )
     from limner.units import parse_length_mm as parse_length_mm, parse_page as parse_page, parse_time_s as parse_time_s
+    from limner.vision.completion import complete as complete
     from limner.vision.edges import (
         canny_edges as canny_edges,
         gabor_edges as gabor_edges,
@@ -104,6 +105,7 @@ _HOMES = {
     "limner.targets.svg_read": "read_svg",
     "limner.types": "Drawing EdgeMap Face JointTrajectory Page Pen PenPath Photo Strokes",
     "limner.units": "parse_length_mm parse_page parse_time_s",
+    "limner.vision.completion": "complete",
     "limner.vision.edges": "canny_edges gabor_edges gabor_pyramid_edges",
     "limner.vision.lines": "STYLES draw_lines edges_to_strokes",
     "limner.vision.photo": "crop_photo load_photo",

@@ -24,6 +24,7 @@ from limner.pipeline import Settings
     " as .svg.",
 )
 @options.flag("style", "--style", "-s", metavar="STYLE")
+@options.flag("complete", "--complete", metavar="FEATURES")
 @options.drawing_options
 @options.settings_options
 @options.json_option

@@ -7,6 +7,8 @@ How a style plugs in. Its settings are a group of ``LineSettings`` that bears it
 - a way of its own (in ``OWN_WAYS``): photo, face, all ``LineSettings``, stages -> strokes of the photo, the heaviest
   first.
 
+Either way what is missing of a feature may then be completed.
+
 What costs time goes through ``stages(name, function, *inputs)``, each with no more than the settings it needs: then a
 changed setting costs only what follows it.
 """
@@ -15,14 +17,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from limner.errors import BadInput
-from limner.settings import SettingsGroup, group
+from limner.settings import SettingsGroup, group, setting
 from limner.stages import Stages
 from limner.types import EdgeMap, Face, Photo, Strokes
+from limner.vision.completion import NONE, CompletionSettings, complete
 from limner.vision.edges import EXTRACTORS, CannySettings, GaborPyramidSettings, GaborSettings
 from limner.vision.regions import RegionSettings, regions_and_weights
 from limner.vision.scale import ScaleSettings, apply, to_working_scale
@@ -44,6 +48,12 @@ class LineSettings(SettingsGroup):
     trim: TrimSettings = group(TrimSettings)
     trace: TraceSettings = group(TraceSettings)
     regions: RegionSettings = group(RegionSettings)
+    complete: str = setting(
+        NONE,
+        "Features whose missing stretches are drawn through the landmarks, joined by commas: jaw, brow, eye, nose,"
+        " mouth; all, or none",
+    )
+    completion: CompletionSettings = group(CompletionSettings)
 
     def of_style(self, style: str) -> Any:
         """The group of a style."""
@@ -80,8 +90,12 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings, sta
     if style not in STYLES:
         raise BadInput(f"style: '{style}' does not exist; choose from {', '.join(STYLES)}")
     stages = stages or Stages()
-    if style in OWN_WAYS:
-        return OWN_WAYS[style](photo, face, settings, stages)
+    way = OWN_WAYS.get(style, partial(_extracted, style))
+    strokes = way(photo, face, settings, stages)
+    return stages("complete", complete, strokes, face, settings.complete, settings.completion, settings.regions)
+
+
+def _extracted(style: str, photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
     working = stages("scale", to_working_scale, photo, face, settings.scale)
     edges = stages("edges", EXTRACTORS[style], working.photo, working.face, settings.of_style(style))
     strokes = edges_to_strokes(edges, working.face, settings, stages)
