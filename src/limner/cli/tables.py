@@ -107,18 +107,18 @@ def _show(grids: list[Grid], as_json: bool) -> None:
 
 @click.command()
 @click.argument("photos", metavar="PHOTO...", nargs=-1, required=True)
-@click.option("--out", "-o", required=True, metavar="DIR", help="Folder for figure-3.5.png to figure-3.11.png.")
+@click.option("--out", "-o", required=True, metavar="DIR", help="Folder for figure-3.1.png to figure-3.14.png.")
 @options.settings_options
 @options.json_option
 @click.pass_context
 def figures(ctx: click.Context, photos: tuple[str, ...], out: str, save_settings: Path | None, as_json: bool) -> None:
-    """Draw the thesis's figures 3.5 to 3.11 (landmarks, corrections, shape model, splines) from a few photos."""
+    """Draw the thesis's figures 3.1 to 3.14 (edges, landmarks, corrections, splines, trimming) from a few photos."""
     settings = options.chosen_settings(ctx, Settings, save_settings)
     pictures = [load_photo(path) for path in photos]
     faces = [choose(find_faces(photo, settings), 1, photo, settings.detect) for photo in pictures]
     Path(out).mkdir(parents=True, exist_ok=True)
     written = []
-    for name, picture in draw_figures(pictures, faces, settings.refinement).items():
+    for name, picture in draw_figures(pictures, faces, settings).items():
         written.append(str(Path(out) / f"figure-{name}.png"))
         storage.write_whole(written[-1], to_png(picture))
     click.echo(json.dumps({"out": written}) if as_json else "\n".join(written), err=not as_json)

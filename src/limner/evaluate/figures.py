@@ -1,4 +1,4 @@
-"""Photos with their detected faces in; the thesis's figures 3.5 to 3.11, drawn from them, out."""
+"""Photos with their detected faces in; the thesis's figures 3.1 to 3.14, drawn from them, out."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from limner.evaluate.line_figures import line_figures
+from limner.pipeline import Settings, refine_face
 from limner.targets.overlay import overlay
 from limner.targets.sheet import Tile, to_sheet
 from limner.types import Face, Floats, Photo
@@ -37,20 +39,29 @@ CORRECTION = "jaw-gradient,brows,jaw-spline"
 """What the thesis calls the corrected landmarks."""
 
 
-def figures(photos: Sequence[Photo], faces: Sequence[Face], settings: RefineSettings) -> dict[str, Rgb]:
-    """Draw the figures.
+def figures(photos: Sequence[Photo], faces: Sequence[Face], settings: Settings) -> dict[str, Rgb]:
+    """Draw every figure but 3.4, which shows another's model.
 
     Args:
         photos: a few.
         faces: a frontal one in each, as detected.
-        settings: of the corrections.
+        settings: of the corrections, the extractors and of trimming.
 
     Returns:
-        (H, W, 3) uint8 RGB by the figure's number.
+        (H, W, 3) uint8 RGB by the figure's number, in order.
 
     Raises:
         BadInput: a profile, or a face that cannot be drawn (see ``to_working_scale``).
     """
+    found = list(zip(photos, faces, strict=True))
+    refined = [(photo, refine_face(photo, face, settings)) for photo, face in found]
+    drawn = line_figures([to_working_scale(*each, settings.scale) for each in refined], settings)
+    drawn |= landmark_figures(photos, faces, settings.refinement)
+    return dict(sorted(drawn.items(), key=lambda item: int(item[0].partition(".")[2])))
+
+
+def landmark_figures(photos: Sequence[Photo], faces: Sequence[Face], settings: RefineSettings) -> dict[str, Rgb]:
+    """Draw figures 3.5 to 3.11, about landmarks, their corrections and the splines through them."""
     views = [to_working_scale(photo, face, _VIEW) for photo, face in zip(photos, faces, strict=True)]
     several = [(photo, face, settings) for photo, face in zip(photos, faces, strict=True)]
     return {

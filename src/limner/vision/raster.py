@@ -62,6 +62,17 @@ def pieces(mask: Mask) -> tuple[int, Labels]:
     return count, np.asarray(labels, np.int32)
 
 
+def keep_pieces(mask: Mask, worth: NDArray[np.generic], least: float) -> Mask:
+    """The 8-connected pieces whose pixels are together worth so much."""
+    count, labels = pieces(mask)
+    pixels = np.nonzero(mask)
+    of_pixel = labels[pixels]
+    sums = np.bincount(of_pixel, weights=worth[pixels], minlength=count)
+    kept = np.zeros_like(mask)
+    kept[pixels] = sums[of_pixel] >= least
+    return kept
+
+
 def dilated(mask: Mask, reach: int) -> Mask:
     """The mask and what lies within ``reach`` pixels of it."""
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))

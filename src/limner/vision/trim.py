@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limner.errors import BadInput
 from limner.settings import SettingsGroup, setting
 from limner.types import EdgeMap, Face, Floats
 from limner.vision.head import EYES, face_frame, head_ellipse
-from limner.vision.raster import Mask, Shape, depth, distance_to_zero, pieces, whole
+from limner.vision.raster import Mask, Shape, depth, distance_to_zero, keep_pieces, whole
 
 ELLIPSE_POINTS = 40
 
@@ -107,13 +106,13 @@ def distance(mask: Mask, face: Face, settings: TrimSettings) -> Mask:
     columns, rows = whole(np.clip(head_points(face), 0, [width - 1, height - 1])).T
     empty = np.ones(mask.shape, np.uint8)
     empty[rows, columns] = 0
-    return _keep_pieces(mask, distance_to_zero(empty) <= settings.near_px, 1)
+    return keep_pieces(mask, distance_to_zero(empty) <= settings.near_px, 1)
 
 
 def boxes(mask: Mask, face: Face, settings: TrimSettings) -> Mask:
     """The pieces that touch a box on a landmark or on a point of the head's ellipse, or what lies in the boxes."""
     inside = in_boxes(face, mask.shape, settings)
-    return mask & inside if settings.box_cut else _keep_pieces(mask, inside, 1)
+    return mask & inside if settings.box_cut else keep_pieces(mask, inside, 1)
 
 
 def in_boxes(face: Face, shape: Shape, settings: TrimSettings) -> Mask:
@@ -130,7 +129,7 @@ def in_boxes(face: Face, shape: Shape, settings: TrimSettings) -> Mask:
 
 def length(mask: Mask, face: Face, settings: TrimSettings) -> Mask:
     """The pieces of enough pixels; those at the eyes count twice: nothing there is large, and all of it matters."""
-    return _keep_pieces(mask, 1 + _at_eyes(face, mask.shape), settings.fewest_px)
+    return keep_pieces(mask, 1 + _at_eyes(face, mask.shape), settings.fewest_px)
 
 
 RULES: dict[str, Callable[[Mask, Face, TrimSettings], Mask]] = {
@@ -140,17 +139,6 @@ RULES: dict[str, Callable[[Mask, Face, TrimSettings], Mask]] = {
     "length": length,
 }
 """Each takes edges (H, W), the face in them and the settings, and gives a part of the edges."""
-
-
-def _keep_pieces(mask: Mask, worth: NDArray[np.generic], least: float) -> Mask:
-    """The 8-connected pieces whose pixels are together worth so much."""
-    count, labels = pieces(mask)
-    pixels = np.nonzero(mask)
-    of_pixel = labels[pixels]
-    sums = np.bincount(of_pixel, weights=worth[pixels], minlength=count)
-    kept = np.zeros_like(mask)
-    kept[pixels] = sums[of_pixel] >= least
-    return kept
 
 
 def _at_eyes(face: Face, shape: Shape) -> Mask:

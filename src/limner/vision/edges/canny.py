@@ -47,16 +47,22 @@ def canny_edges(photo: Photo, face: Face, settings: CannySettings) -> EdgeMap:
     Returns:
         The edges; ``strength`` is 1 from twice the high threshold on.
     """
-    grey = np.asarray(cv2.cvtColor(photo.rgb, cv2.COLOR_RGB2GRAY), np.float32) / np.float32(255)
-    if settings.blur_px:
-        grey = blurred(grey, settings.blur_px)
-    dx, dy = _slopes(grey)
+    dx, dy = _slopes(photo, settings)
     magnitude = np.hypot(dx, dy)
-    skin = filled(face_outline(face), magnitude.shape)
-    low, high = thresholds(magnitude[skin] if skin.any() else magnitude, settings)
+    low, high = _thresholds_on(magnitude, face, settings)
     strength = np.clip(magnitude / max(2 * high, 1e-9), 0, 1).astype(np.float64)
     tangent = below_pi(np.mod(np.arctan2(dy, dx) + np.pi / 2, np.pi)).astype(np.float64)
     return EdgeMap(_thin_edges(dx, dy, low, high), strength, tangent)
+
+
+def thresholds_of(photo: Photo, face: Face, settings: CannySettings) -> tuple[float, float]:
+    """Low and high threshold that a photo gets."""
+    return _thresholds_on(np.hypot(*_slopes(photo, settings)), face, settings)
+
+
+def _thresholds_on(magnitude: Image, face: Face, settings: CannySettings) -> tuple[float, float]:
+    skin = filled(face_outline(face), magnitude.shape)
+    return thresholds(magnitude[skin] if skin.any() else magnitude, settings)
 
 
 def thresholds(magnitude: Image, settings: CannySettings) -> tuple[float, float]:
@@ -68,8 +74,11 @@ def thresholds(magnitude: Image, settings: CannySettings) -> tuple[float, float]
     return min(low, high), high
 
 
-def _slopes(grey: Image) -> tuple[Image, Image]:
+def _slopes(photo: Photo, settings: CannySettings) -> tuple[Image, Image]:
     """Change (H, W) of the brightness over a pixel to the right and downward."""
+    grey = np.asarray(cv2.cvtColor(photo.rgb, cv2.COLOR_RGB2GRAY), np.float32) / np.float32(255)
+    if settings.blur_px:
+        grey = blurred(grey, settings.blur_px)
     x = np.array([[-1, 0, 1], [-2, 0, 2], [-1, 0, 1]], np.float32) / np.float32(8)
     return filtered(grey, x), filtered(grey, np.ascontiguousarray(x.T))
 

@@ -25,6 +25,7 @@ from limner.vision.raster import (
     closed,
     distance_to_zero,
     filtered,
+    keep_pieces,
     resized,
     widely_blurred,
 )
@@ -100,11 +101,14 @@ def gabor_pyramid_edges(photo: Photo, face: Face, settings: GaborPyramidSettings
     grey = prepared(photo, settings)
     for level in range(settings.levels):
         beside_px = settings.apart * settings.wavelength_px * settings.step**level
-        free = distance_to_zero((~mask).astype(np.uint8)) >= beside_px
+        added = np.zeros(shape, bool)
         for seen in at_level(grey, level, settings):
             surer = seen.strength > best
             best[surer], angle[surer] = seen.strength[surer], seen.angle_rad
-            mask |= seen.thin & free
+            added |= seen.thin
+        added &= distance_to_zero((~mask).astype(np.uint8)) >= beside_px
+        # What is left of a line beside a finer one may be crumbs.
+        mask |= keep_pieces(added, np.ones(shape), 2 * beside_px)
     if settings.share:
         mask = closed(mask)
     strength = np.clip(best / (2 * max(settings.high, 1e-9)), 0, 1)
