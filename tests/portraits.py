@@ -101,3 +101,81 @@ def agreement(one, other, within):
     from scipy.spatial import KDTree
 
     return min(np.mean(KDTree(b).query(a)[0] <= within) for a, b in ((one, other), (other, one)))
+
+
+SKIN, DARK, LIPS, IRIS, WHITE, CLOTH = (
+    (224, 180, 160),
+    (60, 40, 30),
+    (180, 90, 90),
+    (70, 80, 90),
+    (240, 238, 235),
+    (60, 80, 140),
+)
+
+
+def painted(outer_eye_px=128.0, background=(200, 210, 215)):
+    """A face made up of coloured shapes, and its landmarks: head, hair, ears, eyes, brows, nose, lips, neck, clothes.
+
+    The background is a colour or a picture (620, 560, 3).
+    """
+    fine = 4
+    face = plain_face(128.0, (280.0, 290.0))
+    canvas = np.empty((620, 560, 3), np.uint8)
+    canvas[:] = background
+    canvas = cv2.resize(canvas, None, fx=fine, fy=fine, interpolation=cv2.INTER_NEAREST)
+    marks = face.points_px
+
+    def fill(points, colour):
+        cv2.fillPoly(
+            canvas, [np.rint((np.asarray(points) * fine + (fine - 1) / 2) * 16).astype(np.int32)], colour, 16, 4
+        )
+
+    def oval(centre, radii, colour):
+        turns = np.linspace(0, 2 * np.pi, 100)
+        fill(np.asarray(centre) + np.stack([np.cos(turns), np.sin(turns)], 1) * radii, colour)
+
+    left, right, chin = marks[0], marks[16], marks[8]
+    middle = (left[0] + right[0]) / 2
+    half = (right[0] - left[0]) / 2
+    fill(
+        [
+            (middle - 220, 620),
+            (middle - 190, 560),
+            (middle - 60, 520),
+            (middle + 60, 520),
+            (middle + 190, 560),
+            (middle + 220, 620),
+        ],
+        CLOTH,
+    )
+    fill(
+        [(middle - 55, chin[1] - 40), (middle + 55, chin[1] - 40), (middle + 62, 540), (middle - 62, 540)],
+        (200, 155, 138),
+    )
+    oval((middle, marks[27][1] - 40), (half + 18, 150), DARK)
+    for side in (left, right):
+        oval(side + np.array([0, 30]), (14, 28), (205, 150, 135))
+    fill(
+        np.concatenate(
+            [marks[:17], [[right[0] - 12, right[1] - 90], [middle, right[1] - 120], [left[0] + 12, left[1] - 90]]]
+        ),
+        SKIN,
+    )
+    for eye in (marks[36:42], marks[42:48]):
+        centre = eye.mean(axis=0)
+        fill(eye + np.array([0, -1.5]), DARK)
+        fill(eye + np.array([0, 1.2]), WHITE)
+        cover = canvas.copy()
+        oval(centre, (8.5, 8.5), IRIS)
+        oval(centre, (3.6, 3.6), (10, 10, 10))
+        inside = np.zeros(canvas.shape[:2], np.uint8)
+        cv2.fillPoly(inside, [np.rint(eye * fine).astype(np.int32)], 1)
+        canvas[inside == 0] = cover[inside == 0]
+    for brow in (marks[17:22], marks[22:27]):
+        fill(np.concatenate([brow, brow[::-1] + np.array([0, 7])]), DARK)
+    fill(np.concatenate([marks[31:36], marks[31:36][::-1] - np.array([0, 5])]), (120, 70, 60))
+    fill(marks[48:60], LIPS)
+    fill(np.concatenate([marks[60:65], marks[64:59:-1] + np.array([0, 3])]), (90, 30, 35))
+    small = cv2.GaussianBlur(cv2.resize(canvas, (560, 620), interpolation=cv2.INTER_AREA), (0, 0), 0.8)
+    photo, face, _ = resized(Photo(small), face, outer_eye_px / 128.0)
+    return photo, face

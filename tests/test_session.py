@@ -83,7 +83,7 @@ def test_more_can_be_kept(calls):
 
 def test_any_way_through_the_settings_gives_what_a_fresh_drawing_gives():
     choices = {
-        "style": ["gabor", "canny", "splines"],
+        "style": ["portrait", "gabor", "canny", "splines"],
         "points": [150, 600],
         "trim__near_px": [25, 40],
         "trace__tolerance_px": [0.4, 1.5],

@@ -45,7 +45,7 @@ class PageSettings(SettingsGroup):
 class Settings(LineSettings):
     """Everything that decides how a portrait looks, stage by stage."""
 
-    style: str = setting("gabor", "From photo to strokes", choices=STYLES)
+    style: str = setting("portrait", "From photo to strokes", choices=STYLES)
     detect: DetectSettings = group(DetectSettings)
     refine: str = setting(
         AUTO,

@@ -28,8 +28,9 @@ from limner.stages import Stages
 from limner.types import EdgeMap, Face, Photo, Strokes
 from limner.vision.completion import NONE, CompletionSettings, complete
 from limner.vision.edges import EXTRACTORS, CannySettings, GaborPyramidSettings, GaborSettings
+from limner.vision.portrait import PortraitSettings, look_at, portrait_strokes
 from limner.vision.regions import RegionSettings, regions_and_weights
-from limner.vision.scale import ScaleSettings, apply, to_working_scale
+from limner.vision.scale import ScaleSettings, Working, apply, to_working_scale
 from limner.vision.skeleton import skeletonize
 from limner.vision.spline_style import SplinesSettings, spline_strokes
 from limner.vision.trace import TraceSettings, trace
@@ -41,6 +42,7 @@ class LineSettings(SettingsGroup):
     """Everything between a photo and its strokes; a style's group bears its name, with _ for -."""
 
     scale: ScaleSettings = group(ScaleSettings)
+    portrait: PortraitSettings = group(PortraitSettings)
     canny: CannySettings = group(CannySettings)
     gabor: GaborSettings = group(GaborSettings)
     gabor_pyramid: GaborPyramidSettings = group(GaborPyramidSettings)
@@ -64,7 +66,17 @@ def _splines(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -
     return stages("splines", spline_strokes, photo, face, settings.splines, settings.regions)
 
 
-OWN_WAYS: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {"splines": _splines}
+def _portrait(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
+    working = stages("scale", to_working_scale, photo, face, settings.scale)
+    seen = stages("seen", look_at, working.photo, settings.portrait.flow)
+    strokes = stages("portrait", portrait_strokes, seen, working.face, None, settings.portrait, settings.regions)
+    return _in_photo(strokes, working, photo)
+
+
+OWN_WAYS: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
+    "portrait": _portrait,
+    "splines": _splines,
+}
 """Styles that are more than an extractor."""
 
 STYLES = (*EXTRACTORS, *OWN_WAYS)
@@ -98,7 +110,11 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings, sta
 def _extracted(style: str, photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
     working = stages("scale", to_working_scale, photo, face, settings.scale)
     edges = stages("edges", EXTRACTORS[style], working.photo, working.face, settings.of_style(style))
-    strokes = edges_to_strokes(edges, working.face, settings, stages)
+    return _in_photo(edges_to_strokes(edges, working.face, settings, stages), working, photo)
+
+
+def _in_photo(strokes: Strokes, working: Working, photo: Photo) -> Strokes:
+    """Strokes of the working scale in the pixels of the photo."""
     lines = tuple(apply(working.photo_from_working, line) for line in strokes.lines_px)
     return Strokes(lines, strokes.region, strokes.weight, photo.size_px)
 

@@ -1,0 +1,134 @@
+"""A photo, its face and what is drawn already go in; the other lines that belong to the person come out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from limner.types import REGIONS, Face
+from limner.vision.chains import join_gaps
+from limner.vision.head import face_frame
+from limner.vision.portrait.grow import Rule, grow
+from limner.vision.portrait.marks import Mark
+from limner.vision.portrait.seen import Seen
+from limner.vision.portrait.settings import PortraitSettings
+from limner.vision.raster import Mask, Shape, blurred, dilated, filled
+from limner.vision.regions import regions_at
+
+Labels = NDArray[np.uint8]
+
+RULES = {
+    "eye": Rule(0.03, 0.07, 0.14, 0.04, 0.5, 3),
+    "bag": Rule(0.15, 0.25, 0.25, 0.06, 0.4, 4),
+    "brow": Rule(0.08, 0.15, 0.25, 0.035, 0.6, 4),
+    "nose": Rule(0.025, 0.05, 0.10, 0.05, 0.8, 4),
+    "mouth": Rule(0.07, 0.14, 0.2, 0.05, 0.6, 4),
+    "jaw": Rule(0.05, 0.10, 0.3, 0.07, 0.8, 6),
+    "beard": Rule(0.02, 0.04, 0.12, 0.06, 0.6, 4),
+    "ear": Rule(0.04, 0.10, 0.15, 0.04, 0.9, 4),
+    "hair": Rule(0.015, 0.03, 0.25, 0.05, 0.8, 8),
+    "face": Rule(0.045, 0.09, 0.22, 0.07, 0.8, 5),
+    "body": Rule(0.05, 0.12, 0.5, 0.14, 0.8, 8),
+    "far": Rule(9, 9, 9, 0.05, 0, 0),
+    "background": Rule(9, 9, 9, 0.05, 0, 0),
+}
+"""By region, lengths in outer-eye distances; besides, what hangs under the eyes, beards, and hair far from the head."""
+
+BEARD = 0.3
+"""How much darker than the cheeks a beard is, as a share of their lightness."""
+
+COARSE = 4
+"""Regions are looked up at every so many-th pixel."""
+
+BESIDE = 1.5
+"""How far to the side of the face the body is drawn [outer-eye distances]."""
+
+OUTLINE = 0.04
+"""How far beyond the figure its outline may be seen [outer-eye distances]."""
+
+GAP, GAP_BEND = 0.12, np.deg2rad(30)
+"""Ends of two lines of a region that face each other over such a gap [outer-eye distances] are joined."""
+
+
+def draw_rest(
+    seen: Seen, face: Face, figure: Mask | None, drawn: Sequence[Mark], settings: PortraitSettings
+) -> list[Mark]:
+    """Lines that go on and are clear, the strongest first, none beside another.
+
+    Args:
+        seen: the photo.
+        face: in it.
+        figure: (H, W) what belongs to the person; not given: what lies where a head and a body are.
+        drawn: what is there already.
+        settings: how much is drawn.
+    """
+    unit, names = face.outer_eye_px, list(RULES)
+    rules = [_scaled(rule, unit, settings) for rule in RULES.values()]
+    hair = names.index("hair")
+    rules[hair] = dataclasses.replace(rules[hair], apart=settings.hair_apart * unit)
+    labels = _labels(face, seen.grey.shape, names, settings.body)
+    none, far = names.index("background"), names.index("far")
+    if figure is None:
+        labels[labels == far] = none
+    else:
+        labels[labels == far] = hair
+        labels[~dilated(figure, round(OUTLINE * unit))] = none
+    beard = _beard(seen, face) & np.isin(labels, [names.index(name) for name in ("face", "jaw", "mouth")])
+    labels[beard] = names.index("beard")
+    before = [(mark.line, rules[names.index(mark.region)].apart) for mark in drawn]
+    grown = grow(seen.both, seen.broad, labels, rules, before)
+    marks = []
+    for i, name in enumerate(names):
+        lines = [found.line for found in grown if found.rule == i]
+        for line in join_gaps(lines, GAP * unit, GAP_BEND) if lines else []:
+            strength = float(np.median(seen.at(seen.both, line)))
+            region = {"bag": "eye", "beard": "face"}.get(name, name)
+            marks.append(Mark(line, region, rules[i].worth * float(np.clip(strength / 0.15, 0.3, 1))))
+    return marks
+
+
+def _scaled(rule: Rule, unit: float, settings: PortraitSettings) -> Rule:
+    """The rule in pixels and in the strength asked for."""
+    return Rule(
+        rule.low / settings.detail,
+        rule.high / settings.detail,
+        rule.shortest * unit,
+        rule.apart * unit,
+        rule.worth,
+        rule.smooth,
+    )
+
+
+def _labels(face: Face, shape: Shape, names: list[str], body: float) -> Labels:
+    """Index (H, W) into ``names`` of the region of each pixel."""
+    y, x = np.mgrid[0 : shape[0] : COARSE, 0 : shape[1] : COARSE].astype(np.float64) + (COARSE - 1) / 2
+    points = np.stack([x.ravel(), y.ravel()], axis=1)
+    labels = np.array([names.index(name) for name in REGIONS], np.uint8)[regions_at(points, face)]
+    frame = face_frame(face)
+    jaw, place = frame.from_photo(face.points_px[:17]), frame.from_photo(points)
+    none, hair, far = (names.index(name) for name in ("background", "hair", "far"))
+    labels[labels == none] = far
+    eyes = frame.from_photo(face.points_px[36:48])[:, 1].mean()
+    labels[(labels == names.index("eye")) & (place[:, 1] > eyes + 0.03)] = names.index("bag")
+    low = place[:, 1] > jaw[:, 1].max()
+    labels[low & ((labels == hair) | (labels == far))] = names.index("body")
+    aside = np.abs(place[:, 0] - jaw[8, 0]) > BESIDE
+    labels[low & ((place[:, 1] > jaw[:, 1].max() + body) | aside)] = none
+    return np.asarray(cv2.resize(labels.reshape(x.shape), shape[::-1], interpolation=cv2.INTER_NEAREST), np.uint8)
+
+
+def _beard(seen: Seen, face: Face) -> Mask:
+    """Where (H, W) the lower face is much darker than the cheeks under the eyes."""
+    unit, frame = face.outer_eye_px, face_frame(face)
+    place = frame.from_photo(face.points_px)
+    cheeks = np.array([[(place[side, 0] + place[wing, 0]) / 2, place[wing, 1]] for side, wing in ((3, 31), (13, 35))])
+    skin = seen.at(blurred(seen.grey, 0.08 * unit), frame.to_photo(cheeks)).mean()
+    dark = blurred(seen.grey, 0.03 * unit) < skin - BEARD * skin
+    below = np.concatenate([face.points_px[2:15], face.points_px[[35, 33, 31]]])
+    lips = dilated(filled(face.points_px[48:60], dark.shape), 3)
+    beard: Mask = dark & filled(below, dark.shape) & ~lips
+    return beard
