@@ -1,0 +1,147 @@
+"""A photo and its face go in; the person in it, and skin, hair, beard and clothes, come out as masks."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from limner.settings import SettingsGroup, setting
+from limner.types import Face, Photo, Value, frozen_array
+from limner.vision.head import LIPS, face_outline
+from limner.vision.raster import Image, Mask, blurred, filled, pieces, resized
+from limner.vision.segment import colours, places
+from limner.vision.segment.cut import cut
+
+SMALL_OUTER_EYE_PX = 32.0
+"""Size of the face at which the person is found [px]: finer than this is single hairs."""
+
+REACH = 0.06
+"""How far the border moves to the nearest edge when seen in full size [outer-eye distances]."""
+
+BEARD_SHARE = 0.6
+"""A beard is darker than this share of the skin's lightness."""
+
+LEAST_BEARD = 0.12
+"""Part of the lower face that a beard covers at least; less is shadow."""
+
+
+@dataclass(frozen=True)
+class FigureSettings(SettingsGroup):
+    """How the person is told from the background."""
+
+    trust: float = setting(
+        14.0, "how much colours and places count against a short outline along edges", low=0.1, high=1000
+    )
+    smooth: float = setting(
+        0.03, "bays and bumps of the outline smaller than this go", unit="outer-eye distances", low=0.001, high=0.5
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Figure(Value):
+    """The person in a photo; skin, hair and body make up the figure and do not overlap.
+
+    Attributes:
+        figure: (H, W) bool, all of the person: head, hair, hat, neck, shoulders.
+        skin: (H, W) bool, face with eyes, lips and beard, ears, neck.
+        hair: (H, W) bool, hair of the head and what covers it: hat, scarf.
+        body: (H, W) bool, clothes, and what else is below the neck.
+        beard: (H, W) bool, the part of the skin that moustache and beard darken.
+    """
+
+    figure: Mask
+    skin: Mask
+    hair: Mask
+    body: Mask
+    beard: Mask
+
+    def __post_init__(self) -> None:
+        shape = np.shape(self.figure)
+        for field in dataclasses.fields(self):
+            value = frozen_array(getattr(self, field.name), np.bool_, shape, f"Figure.{field.name}")
+            self._freeze(field.name, value)
+
+
+def find_figure(photo: Photo, face: Face, settings: FigureSettings) -> Figure:
+    """Tell the person from the background, and the parts of the person from each other.
+
+    Places around the face say first what is likely where; each part and the background then learn their colours and
+    every pixel is judged again (``segment.colours``); a minimum cut makes one mask of it (``segment.cut``), all on a
+    small copy. The border is moved to the edges of the full picture by a guided filter (He, Sun & Tang 2013,
+    doi:10.1109/TPAMI.2012.213).
+
+    Args:
+        photo: at the working scale.
+        face: a frontal face in it.
+        settings: of the cut and its outline.
+
+    Returns:
+        Masks of the photo's size. The face within its landmarks always belongs to the figure.
+
+    Raises:
+        BadInput: a profile, or both outer eye corners are one point.
+    """
+    small, small_face = _small(photo, face)
+    shape = small.rgb.shape[:2]
+    certain = places.inside_face(small_face, shape)
+    seen = colours.normalized(small)
+    likely = colours.likely_parts(
+        seen, places.likely_places(small_face, shape), certain, places.features(small_face, shape)
+    )
+    mask = _one_piece(cut(1 - likely[0], seen, certain, settings.trust), certain)
+    figure = _fine(mask, photo, settings.smooth * face.outer_eye_px, REACH * face.outer_eye_px)
+    figure |= places.inside_face(face, figure.shape)
+    part = np.stack([resized(blurred(one, 1.0), photo.size_px) for one in likely[1:]]).argmax(axis=0)
+    skin = figure & (part == 0)
+    return Figure(figure, skin, figure & (part == 1), figure & (part == 2), _beard(photo, face, skin))
+
+
+def _small(photo: Photo, face: Face) -> tuple[Photo, Face]:
+    """Photo and face with the outer eye corners ``SMALL_OUTER_EYE_PX`` apart."""
+    scale = SMALL_OUTER_EYE_PX / face.outer_eye_px
+    size = max(1, round(photo.size_px[0] * scale)), max(1, round(photo.size_px[1] * scale))
+    rgb = np.asarray(cv2.resize(photo.rgb, size, interpolation=cv2.INTER_AREA), np.uint8)
+    points = (face.points_px + 0.5) * np.array(size) / photo.size_px - 0.5
+    return Photo(rgb.reshape(size[1], size[0], 3)), dataclasses.replace(face, points_px=points)
+
+
+def _one_piece(mask: Mask, certain: Mask) -> Mask:
+    """What hangs together with the face, without holes."""
+    _, labels = pieces(mask)
+    mask = mask & np.isin(labels, np.unique(labels[certain & mask]))
+    _, labels = pieces(~mask)
+    outside = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
+    return ~np.isin(labels, outside[outside > 0])
+
+
+def _fine(mask: Mask, photo: Photo, smooth_px: float, reach_px: float) -> Mask:
+    """A small mask in the photo's size, its border on the photo's edges and smooth."""
+    grey = np.asarray(cv2.cvtColor(photo.rgb, cv2.COLOR_RGB2GRAY), np.float32) / np.float32(255)
+    soft = resized(mask.astype(np.float32), photo.size_px)
+    side = 2 * max(1, round(reach_px)) + 1
+
+    def mean(image: Image) -> Image:
+        return np.asarray(cv2.blur(image, (side, side), borderType=cv2.BORDER_REPLICATE), np.float32)
+
+    mean_soft, mean_grey = mean(soft), mean(grey)
+    slope = (mean(soft * grey) - mean_soft * mean_grey) / (mean(grey * grey) - mean_grey**2 + np.float32(1e-3))
+    guided = mean(slope) * grey + mean(mean_soft - slope * mean_grey)
+    fine: Mask = blurred(guided, max(smooth_px, 0.1)) > 0.5
+    return fine
+
+
+def _beard(photo: Photo, face: Face, skin: Mask) -> Mask:
+    """The dark part of the lower face, lips left out; nothing where it is little."""
+    unit, marks = face.outer_eye_px, face.points_px
+    lower = np.concatenate([marks[[1, 31, 33, 35, 15]], marks[14:1:-1]])
+    shape = skin.shape
+    below = filled(lower, shape) & skin & ~filled(marks[LIPS], shape)
+    bare = filled(face_outline(face), shape) & skin & ~filled(lower, shape)
+    if not below.any() or not bare.any():
+        return np.zeros(shape, bool)
+    light = np.asarray(cv2.cvtColor(photo.rgb, cv2.COLOR_RGB2GRAY), np.float32)
+    dark: Mask = below & (blurred(light, 0.02 * unit) < BEARD_SHARE * float(np.median(light[bare])))
+    return dark if dark.sum() >= LEAST_BEARD * below.sum() else np.zeros(shape, bool)

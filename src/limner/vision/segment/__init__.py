@@ -1,0 +1,1 @@
+"""Where the parts of a person are in a photo, step by step: places, colours, cut."""

@@ -1,0 +1,103 @@
+"""A photo and how likely each part is by place go in; how likely it is by colour too comes out.
+
+Each part learns its colours, here and there, from the pixels that are likely to belong to it, then each pixel is
+judged again by what was learned: expectation and maximisation with histograms over colour and place.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from limner.types import Floats, Photo
+from limner.vision.raster import Image, Mask
+
+Index = NDArray[np.int64]
+
+ROUNDS = 4
+
+COLOUR_BINS = (14, 11, 11)
+"""Cells of lightness and of the two opponent colours."""
+
+PLACE_BINS = (4, 4)
+"""Cells down and across the picture."""
+
+CHROMA_SPAN = 0.28
+"""From neutral to the last cell of an opponent colour, as a share of the photo's range of lightness."""
+
+DOUBTFUL, SURE = 0.5, 0.95
+"""The first colours are learned from where a part is likelier than this, in full from where it is sure."""
+
+FAR = 400.0
+"""How many pixels' worth the colours of the part all over the photo count against those nearby."""
+
+UNSEEN = 2e-4
+"""Likelihood of a colour that a part has never shown."""
+
+
+def likely_parts(seen: Image, places: Image, face: Mask, features: Mask) -> Image:
+    """How likely each part is (4, H, W) at each pixel by place and colour.
+
+    Args:
+        seen: (H, W, 3) lightness and opponent colours, ``normalized``.
+        places: (4, H, W) how likely by place alone.
+        face: (H, W) what is certainly no background.
+        features: (H, W) what no part learns from.
+    """
+    cell, colour, where = _cells(seen)
+    prior = places.reshape(4, -1).copy()
+    prior[0, face.ravel()] = 0
+    likely = np.clip((prior - DOUBTFUL) / (SURE - DOUBTFUL), 0, 1)
+    learn = ~features.ravel()
+    for _ in range(ROUNDS):
+        seen = np.stack([_likelihood(cell, colour, where, part * learn) for part in likely])
+        likely = prior * seen
+        likely = likely / likely.sum(axis=0)
+    result: Image = likely.reshape(places.shape).astype(np.float32)
+    return result
+
+
+def normalized(photo: Photo) -> Image:
+    """Lightness and opponent colours (H, W, 3), as shares of the photo's own range of lightness, from 0 to 1."""
+    lab = cv2.cvtColor(photo.rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB)
+    low, high = np.percentile(lab[..., 0], [1, 99])
+    span = max(float(high - low), 10.0)
+    light = (lab[..., 0] - low) / span
+    chroma = lab[..., 1:] / (2 * CHROMA_SPAN * span) + 0.5
+    result: Image = np.clip(np.concatenate([light[..., None], chroma], axis=-1), 0, 1).astype(np.float32)
+    return result
+
+
+def _cells(colours: Image) -> tuple[Index, Index, Index]:
+    """The cell of each pixel (n,) in colour and place, in colour, and in place."""
+    height, width = colours.shape[:2]
+    colour = np.zeros((height, width), np.int64)
+    for channel, bins in enumerate(COLOUR_BINS):
+        colour = colour * bins + np.minimum((colours[..., channel] * bins).astype(np.int64), bins - 1)
+    rows = np.arange(height)[:, None] * PLACE_BINS[0] // height
+    columns = np.arange(width) * PLACE_BINS[1] // width
+    where = rows * PLACE_BINS[1] + columns
+    return (where * int(np.prod(COLOUR_BINS)) + colour).ravel(), colour.ravel(), where.ravel()
+
+
+def _likelihood(cell: Index, colour: Index, where: Index, weight: Image) -> Floats:
+    """How often a part shows the colour of each pixel (n,), near it first, all over the photo else."""
+    count = np.bincount(cell, weight, int(np.prod(PLACE_BINS) * np.prod(COLOUR_BINS)))
+    table = count.reshape(PLACE_BINS + COLOUR_BINS)
+    for axis in range(5):
+        table = _spread(table, axis)
+    near = table.reshape(-1)
+    colours = table.sum(axis=(0, 1)).ravel() / max(table.sum(), 1e-9)
+    mass = table.sum(axis=(2, 3, 4)).ravel()
+    seen: Floats = (near[cell] + FAR * colours[colour]) / (mass[where] + FAR) + UNSEEN
+    return seen
+
+
+def _spread(table: Floats, axis: int) -> Floats:
+    """A quarter of each cell goes to each neighbour; at the ends it stays."""
+    padded = np.take(table, np.clip(np.arange(-1, table.shape[axis] + 1), 0, table.shape[axis] - 1), axis=axis)
+    n = table.shape[axis]
+    parts = [np.take(padded, np.arange(k, k + n), axis=axis) for k in range(3)]
+    spread: Floats = parts[1] / 2 + (parts[0] + parts[2]) / 4
+    return spread
