@@ -29,7 +29,8 @@ def cut(likely: Image, colours: Image, certain: Mask, trust: float) -> Mask:
     """
     odds = np.clip(np.log(likely + 1e-6) - np.log(1 - likely + 1e-6), -CERTAIN, CERTAIN)
     if odds.size < 2:
-        return certain | (odds > 0)  # a single pixel has no border
+        single: Mask = certain | (odds > 0)  # one pixel has no border to cut
+        return single
     coded = np.stack([127.5 + STEP * odds, 255 * colours[..., 0], 255 * colours[..., 1:].mean(axis=-1)], axis=-1)
     mask = np.where(certain, cv2.GC_FGD, np.where(odds > 0, cv2.GC_PR_FGD, cv2.GC_PR_BGD)).astype(np.uint8)
     variance = 255 * STEP / trust
