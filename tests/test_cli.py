@@ -209,6 +209,8 @@ def test_degenerate_photos_give_one_clear_line(run, verb, name, tmp_path):
         (["draw", "PHOTO", "--points", "1"], 2, ["points", "at least 2"]),
         (["draw", "PHOTO", "--points", "many"], 2, ["points", "whole number"]),
         (["draw", "PHOTO", "--style", "oil"], 2, ["style", "gabor", "canny"]),
+        (["draw", "PHOTO", "--complete", "chin"], 2, ["chin", "jaw", "mouth"]),
+        (["draw", "PHOTO", "--set", "trim.by=circle"], 2, ["circle", "rectangle", "length"]),
         (["draw", "PHOTO", "--page", "a99"], 2, ["a99", "a4"]),
         (["draw", "PHOTO", "--page", "20x20mm", "--margin", "10"], 2, ["margin"]),
         (["draw", "PHOTO", "--pen", "thick"], 2, ["thick"]),

@@ -89,11 +89,13 @@ def test_any_way_through_the_settings_gives_what_a_fresh_drawing_gives():
         "trace__tolerance_px": [0.4, 1.5],
         "scale__outer_eye_px": [96, 128],
         "page": ["a5", "a4"],
+        "complete": ["none", "jaw,mouth"],
+        "trim__by": ["rectangle,distance,length", "boxes,length"],
         "regions__hair": [0.5, 1.5],
         "clean__min_length_mm": [0, 2],
     }
     session, random, now = Session(PHOTO), np.random.default_rng(5), {"style": "gabor"}
-    for _ in range(12):
+    for _ in range(9):
         for name in random.choice(list(choices), 2, replace=False):
             now[str(name)] = choices[str(name)][random.integers(len(choices[str(name)]))]
         crop = [None, (60, 10, 400, 420)][random.integers(2)]

@@ -26,7 +26,7 @@ from limner.errors import BadInput
 from limner.settings import SettingsGroup, group, setting
 from limner.stages import Stages
 from limner.types import EdgeMap, Face, Photo, Strokes
-from limner.vision.completion import NONE, CompletionSettings, complete
+from limner.vision.completion import NONE, CompletionSettings, complete, names_of
 from limner.vision.edges import EXTRACTORS, CannySettings, GaborPyramidSettings, GaborSettings
 from limner.vision.portrait import PortraitSettings, look_at, portrait_strokes
 from limner.vision.regions import RegionSettings, regions_and_weights
@@ -56,6 +56,10 @@ class LineSettings(SettingsGroup):
         " mouth; all, or none",
     )
     completion: CompletionSettings = group(CompletionSettings)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        names_of(self.complete)
 
     def of_style(self, style: str) -> Any:
         """The group of a style."""
