@@ -94,7 +94,7 @@ def test_any_way_through_the_settings_gives_what_a_fresh_drawing_gives():
         "regions__hair": [0.5, 1.5],
         "clean__min_length_mm": [0, 2],
     }
-    session, random, now = Session(PHOTO), np.random.default_rng(5), {"style": "gabor"}
+    session, random, now = Session(PHOTO), np.random.default_rng(5), {"style": "canny"}
     for _ in range(9):
         for name in random.choice(list(choices), 2, replace=False):
             now[str(name)] = choices[str(name)][random.integers(len(choices[str(name)]))]

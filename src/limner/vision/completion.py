@@ -120,6 +120,11 @@ class Ink:
             return cls(np.zeros((0, 2)), np.zeros((0, 2)))
         return cls(np.concatenate(parts), np.concatenate([directions(part) for part in parts]))
 
+    def around(self, curve: Floats, reach: float) -> Ink:
+        """Those that may be within reach of a curve."""
+        within = ((self.points > curve.min(axis=0) - reach) & (self.points < curve.max(axis=0) + reach)).all(axis=1)
+        return Ink(self.points[within], self.along[within])
+
 
 def directions(line: Floats) -> Floats:
     """Direction (n, 2) of a polyline at each of its points, of unit length."""
@@ -132,6 +137,7 @@ def _missing(curve: Floats, ink: Ink, near: float, unit: float, settings: Comple
     """The stretches of a curve without ink, each bent to end where the ink goes on."""
     if len(curve) < 2:
         return
+    ink = ink.around(curve, near + GRIP * unit)
     beside = _beside(curve, ink, near, GRIP * unit, settings.bend_deg)
     for start, end in _runs(beside.sum(axis=1) == 0):
         if geometry.length(curve[start:end]) < settings.shortest * unit:
