@@ -12,7 +12,7 @@ from rich.table import Table
 
 from limner.cli import options
 from limner.cli.progress import bars
-from limner.cli.train_refinements import best, shape
+from limner.cli.train_photos import best, likeness, shape
 from limner.vision.landmarks.fmp import scenes as fmp_scenes
 from limner.vision.landmarks.fmp.dataset import Sample, read_folder
 from limner.vision.landmarks.fmp.model import save_model
@@ -96,3 +96,4 @@ def learning_curve(rounds: list[dict[str, Any]]) -> Table:
 
 train.add_command(shape)
 train.add_command(best)
+train.add_command(likeness)

@@ -142,7 +142,7 @@ def evaluate_likeness(
     Returns:
         First the photos themselves, then each style and budget: everybody, then each group of info.csv.
     """
-    described = _describe(people, styles, points, settings or Settings(), watch)
+    described = describe_people(people, styles, points, settings or Settings(), watch)
     rows: list[Found] = []
     groups = np.array([person.group for person in people])
     for style in (PHOTO[0], *styles):
@@ -155,7 +155,7 @@ def evaluate_likeness(
 
 
 @dataclass(frozen=True, eq=False)
-class _Described:
+class Described:
     """Descriptors (people, n): of the photos sought, and of what was made of the others; and how many points it has."""
 
     sought: Descriptors
@@ -163,18 +163,19 @@ class _Described:
     points: dict[Key, Floats]
 
 
-def _describe(
+def describe_people(
     people: Sequence[Person], styles: Sequence[str], points: Sequence[int], settings: Settings, watch: Watch
-) -> _Described:
+) -> Described:
+    """Draw everybody in each style and with each budget, and describe photos and drawings."""
     keys: list[Key] = [PHOTO, *((style, budget) for style in styles for budget in points)]
     pictures: dict[Key, list[Descriptors]] = {key: [] for key in keys}
     counts: dict[Key, list[int]] = {key: [] for key in keys}
     sought = []
     for k, person in enumerate(people):
         watch("drawing", k, len(people), person.name)
-        sought.append(_of_photo(person.sought, Photo(read_image(person.sought.path))))
+        sought.append(of_photo(person.sought, Photo(read_image(person.sought.path))))
         photo = Photo(read_image(person.drawn.path))
-        pictures[PHOTO].append(_of_photo(person.drawn, photo))
+        pictures[PHOTO].append(of_photo(person.drawn, photo))
         counts[PHOTO].append(0)
         session = Session(photo)
         for key in keys[1:]:
@@ -182,14 +183,15 @@ def _describe(
             pictures[key].append(descriptor)
             counts[key].append(count)
     watch("drawing", len(people), len(people), "")
-    return _Described(
+    return Described(
         np.stack(sought),
         {key: np.stack(rows) for key, rows in pictures.items()},
         {key: np.array(rows, dtype=np.float64) for key, rows in counts.items()},
     )
 
 
-def _of_photo(sample: Sample, photo: Photo) -> Descriptors:
+def of_photo(sample: Sample, photo: Photo) -> Descriptors:
+    """The descriptor (n,) of an annotated face."""
     upright = upright_from_photo(sample.points_px)
     return describe(photo_picture(photo, upright), moved(sample.points_px, upright))
 
@@ -199,7 +201,7 @@ def _of_drawing(session: Session, sample: Sample, key: Key, settings: Settings) 
     upright = upright_from_photo(sample.points_px)
     face = Face(sample.points_px, sample.box_px)
     try:
-        wanted = settings.assign("select.points", str(key[1])).assign("order.passes", "0").replace(style=key[0])
+        wanted = settings.assign("select.points", str(key[1])).assign("order.by", "given").replace(style=key[0])
         portrait = session.draw(wanted, face=face)
         lines, pen_px, count = portrait.ink_px(), portrait.pen_px, portrait.drawing.points
     except NothingToDraw:
@@ -208,7 +210,7 @@ def _of_drawing(session: Session, sample: Sample, key: Key, settings: Settings) 
 
 
 def _ranks(
-    people: Sequence[Person], described: _Described, keys: Sequence[Key], seed: int
+    people: Sequence[Person], described: Described, keys: Sequence[Key], seed: int
 ) -> dict[Key, NDArray[np.int64]]:
     """At which place (people,) each person's photo comes, 0 = first; worst place among equals."""
     ranks = {key: np.zeros(len(people), np.int64) for key in keys}

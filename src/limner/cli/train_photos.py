@@ -1,4 +1,4 @@
-"""``limner train shape`` and ``limner train best``: annotated photos in, the models that refine landmarks out."""
+"""``limner train shape | best | likeness``: annotated photos in, models of shape, refinement and likeness out."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ import click
 from limner.cli import options
 from limner.cli.progress import bars
 from limner.evaluate.detections import detections, errors_of
+from limner.evaluate.likeness import read_people
+from limner.evaluate.likeness_training import train_likeness
 from limner.vision.landmarks.fmp.dataset import Sample, read_folder
+from limner.vision.likeness.model import save_likeness
 from limner.vision.refine.descent import save_descent
 from limner.vision.refine.descent_training import DescentTrainSettings, train_best
 from limner.vision.refine.shape import save_shape, train_shape
@@ -74,6 +77,26 @@ def best(
         click.echo(json.dumps({"out": [out], "faces": len(samples), "habits": len(habits)}))
     else:
         click.echo(f"trained on {len(samples)} faces and {len(habits)} detections\n{out}", err=True)
+
+
+@click.command()
+@click.option("--data", required=True, metavar="DIR", help="People in two photos each, as `limner evaluate likeness`.")
+@click.option("--gallery", multiple=True, metavar="DIR", help="Annotated photos of other people; may be repeated.")
+@click.option("--out", "-o", required=True, metavar="FILE", help="Where to, an .npz.")
+@options.json_option
+def likeness(data: str, gallery: tuple[str, ...], out: str, as_json: bool) -> None:
+    """Train what scores how much of a person is in a drawing: linear discriminants of photos and drawings of people.
+
+    Everybody is drawn in four ways. No photo is kept in the model, only some numbers of each face.
+    """
+    options.check_suffix(out, ".npz")
+    people, others = read_people(data), _read(gallery)
+    with bars() as watch:
+        save_likeness(train_likeness(people, others, watch), out)
+    if as_json:
+        click.echo(json.dumps({"out": [out], "people": len(people), "gallery": len(people) + len(others)}))
+    else:
+        click.echo(f"trained on {len(people)} people; {len(people) + len(others)} in the gallery\n{out}", err=True)
 
 
 def _read(data: tuple[str, ...]) -> list[Sample]:
