@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from limner.targets.files import FORMATS as FORMATS, check_format as check_forma
 from limner.targets.gcode import GcodeSettings
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
 from limner.vision.landmarks import DetectSettings, choose, detect
+from limner.vision.likeness.model import shipped_likeness
 from limner.vision.lines import STYLES, LineSettings, draw_lines
 from limner.vision.photo import Box, Source, crop_photo, load_photo
 from limner.vision.refine import BEST, NONE, REFINEMENTS, RefineSettings, refine
@@ -97,6 +99,11 @@ class Portrait:
             ([0, height] + line * [1, -1] - self.page_from_photo[:, 2]) / scale for line in self.drawing.lines_mm
         )
 
+    @cached_property
+    def likeness(self) -> float:
+        """How much of the person is in the drawing, 0 to 1; computed when first asked for."""
+        return shipped_likeness().likeness(self.photo, self.face, self.ink_px(), self.pen_px)
+
     def svg(self) -> bytes:
         """The drawing as SVG, settings and version inside."""
         return to_bytes(self.drawing, ".svg", self.about())
@@ -121,6 +128,7 @@ class Portrait:
             "face": storage.to_fields(self.face),
             "style": self.settings.style,
             **dataclasses.asdict(measure(self.drawing)),
+            "likeness": self.likeness,
             "page_from_photo": self.page_from_photo.tolist(),
             "seconds": self.seconds | {"total": sum(self.seconds.values())},
             "settings": self.settings.to_dict(),

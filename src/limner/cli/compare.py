@@ -68,6 +68,7 @@ def tiles(portraits: list[Portrait]) -> list[Tile]:
 
 
 def counts(portrait: Portrait) -> str:
-    """Strokes, points and ink, in a few words."""
+    """Strokes, points, ink and likeness, in a few words."""
     report = portrait.report()
-    return f"{report['strokes']} strokes, {report['points']} points, {report['ink_mm'] / 1000:.2f} m ink"
+    ink = f"{report['ink_mm'] / 1000:.2f} m ink"
+    return f"{report['strokes']} strokes, {report['points']} points, {ink}, likeness {report['likeness']:.2f}"

@@ -76,6 +76,7 @@ def summary(report: dict[str, Any]) -> str:
     lines = [
         f"{report['style']}: {report['strokes']} strokes, {report['points']} points, "
         f"{report['ink_mm'] / 1000:.2f} m of ink, {report['travel_mm'] / 1000:.2f} m between strokes, "
+        f"likeness {report['likeness']:.2f}, "
         f"{report['seconds']['total']:.1f} s{others}"
     ]
     return "\n".join(lines + report["out"])

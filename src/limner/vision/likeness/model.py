@@ -108,9 +108,7 @@ def shipped_likeness() -> LikenessModel:
 def _unpacked(data: bytes, name: str) -> LikenessModel:
     arrays = unpack_npz(data, name)
     if set(arrays) != set(_FIELDS):
-        raise BadInput(
-            f"{name}: no likeness model; expected {', '.join(_FIELDS)}, got {', '.join(arrays) or 'nothing'}"
-        )
+        raise BadInput(f"{name}: no likeness model; expected {', '.join(_FIELDS)}; got {', '.join(arrays)}")
     coarse: NDArray[np.int8] = frozen_array(arrays["directions"], np.int8, (None, None), f"{name}: directions")
     scale = frozen_array(arrays["scale"], np.float32, (coarse.shape[1],), f"{name}: scale")
     learnt = Discriminant(arrays["photo_mean"], arrays["drawing_mean"], coarse * scale)
