@@ -18,6 +18,7 @@ from limner.drawing.order import OrderSettings, order
 from limner.drawing.select import SelectSettings, select
 from limner.settings import SettingsGroup, group, setting
 from limner.stages import Stages
+from limner.targets.ebb import EbbSettings
 from limner.targets.files import FORMATS as FORMATS, check_format as check_format, to_bytes
 from limner.targets.gcode import GcodeSettings
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
@@ -61,6 +62,7 @@ class Settings(LineSettings):
     select: SelectSettings = group(SelectSettings)
     order: OrderSettings = group(OrderSettings)
     gcode: GcodeSettings = group(GcodeSettings)
+    ebb: EbbSettings = group(EbbSettings)
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ COMMANDS = {
     "face": ("limner.cli.face", "Find the faces in a photo and their landmarks."),
     "compare": ("limner.cli.compare", "Draw a photo in every style, side by side on one sheet."),
     "plan": ("limner.cli.plan", "Tell how long a machine draws, and show it."),
+    "send": ("limner.cli.send", "Draw on a plotter."),
     "train": ("limner.cli.train", "Train the models that limner ships."),
     "evaluate": ("limner.cli.evaluate", "Measure accuracy and speed."),
 }
@@ -77,7 +78,7 @@ def limner(debug: bool) -> None:
 
 
 def main() -> NoReturn:
-    """Run the command line and exit: 0 done, 2 bad input, 3 no face, 4 cannot be drawn, 130 interrupted."""
+    """Run the command line and exit: 0 done, 2 bad input, 3 no face, 4 cannot be drawn, 5 a device failed, 130 interrupted."""
     debug = "--debug" in sys.argv
     # --debug may stand anywhere, since one adds it to a line that has just failed.
     arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]

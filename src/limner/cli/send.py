@@ -1,0 +1,167 @@
+"""``limner send``: a drawing in, a plotter draws it; it pauses, stops with the pen up, and goes on where it stopped."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from limner.cli import machines, options
+from limner.cli.keys import interrupts, pause_key
+from limner.cli.plan import clock
+from limner.cli.progress import Watch, bars
+from limner.errors import BadInput
+from limner.motion.machine import Machine, load_machine
+from limner.motion.pen import plan
+from limner.pipeline import Settings
+from limner.targets.animation import stroke_times
+from limner.targets.connect import Address, Wiring, connect, parse_address
+from limner.targets.journal import Journal, Place, unfinished
+from limner.targets.send import Control, send as send_drawing
+from limner.types import Drawing, Floats, PenPath
+
+MACHINE_OF = {"grbl": "grbl", "ebb": "axidraw"}
+"""The profile of a board, unless --machine says another."""
+
+
+@click.command(
+    short_help="Draw on a plotter.",
+    help=f"""Draw DRAWING on a plotter.
+
+    It asks before anything moves. Space pauses with the pen up and goes on; Ctrl-C stops with the pen up, a second
+    one at once. What is drawn stands in a journal beside the drawing, from which --resume goes on.
+
+    {machines.READS}""",
+)
+@machines.drawing_argument
+@click.option(
+    "--to",
+    required=True,
+    metavar="ADDRESS",
+    help="grbl:PORT or ebb:PORT (an AxiDraw); fake: or fake:ebb to try.",
+)
+@machines.machine_option
+@machines.fit_option
+@click.option("--yes", "-y", is_flag=True, help="Do not ask before moving.")
+@click.option("--resume", is_flag=True, help="Go on where the journal ends.")
+@click.option("--from", "first", type=click.IntRange(1), metavar="N", help="Begin with the N-th stroke.")
+@click.option("--journal", "journal_file", metavar="FILE", help="Where the journal is. Default: DRAWING.journal.")
+@click.option("--baud", type=click.IntRange(300), default=115_200, metavar="N", help="Of the port. Default: 115200.")
+@options.settings_options
+@options.json_option
+@click.pass_context
+def send(
+    ctx: click.Context,
+    drawing: str,
+    to: str,
+    machine: str | None,
+    shrink: bool,
+    yes: bool,
+    resume: bool,
+    first: int | None,
+    journal_file: str | None,
+    baud: int,
+    save_settings: Path | None,
+    as_json: bool,
+) -> None:
+    """See ``help`` above."""
+    settings = options.chosen_settings(ctx, Settings, save_settings)
+    address = parse_address(to)
+    mover = load_machine(machine or MACHINE_OF[address.kind])
+    placed = machines.placed(drawing, mover, shrink)
+    path = plan(placed, mover)
+    place = _first_place(placed, resume, first)
+    file = journal_file or f"{drawing}.journal"
+    left = None if resume else unfinished(file, placed)
+    if not yes:
+        _ask(drawing, to, mover, placed, path, left)
+    journal = Journal(file, placed, resume=resume)
+    if place is not None:
+        journal.reached(place)
+    began = journal.place
+    try:
+        ended = _send(placed, address, _wiring(placed, mover, settings, baud), journal, path, quiet=as_json)
+    finally:
+        journal.close()
+    _tell(placed, began, ended, file, as_json)
+    if ended.stroke < len(placed.lines_mm):
+        ctx.exit(130)
+
+
+def _first_place(drawing: Drawing, resume: bool, first: int | None) -> Place | None:
+    if first is None:
+        return None
+    if resume:
+        raise BadInput("--resume and --from say two places to begin; choose one")
+    if first > len(drawing.lines_mm):
+        raise BadInput(f"--from {first}: the drawing has {len(drawing.lines_mm)} strokes; choose one of them")
+    return Place(first - 1)
+
+
+def _wiring(drawing: Drawing, machine: Machine, settings: Settings, baud: int) -> Wiring:
+    def motion(start_mm: Floats, line_mm: Floats) -> PenPath:
+        return plan(Drawing((line_mm,), ("face",), np.ones(1), drawing.page, drawing.pen), machine, start_mm, None)
+
+    x, y = machine.home_mm(drawing.page).tolist()
+    fastest = max(machine.draw_mm_s, machine.travel_mm_s)
+    return Wiring((x, y), motion, fastest, machines.gcode_for(settings.gcode, machine), settings.ebb, baud)
+
+
+def _ask(name: str, to: str, machine: Machine, drawing: Drawing, path: PenPath, left: Place | None) -> None:
+    """Ask whether to begin.
+
+    Raises:
+        BadInput: there is nobody to ask.
+        Abort: the answer is no.
+    """
+    if not sys.stdin.isatty():
+        raise BadInput("it asks before the machine moves, and nobody is there to answer; add --yes")
+    count = len(drawing.lines_mm)
+    click.echo(f"{name}: {count} strokes, {clock(float(path.t_s[-1]))} on {machine.name} at {to}", err=True)
+    if left is not None and 0 < left.stroke < count:
+        click.echo(f"{left.stroke} of them were drawn before; --resume goes on there, this begins anew", err=True)
+    corner = machine.home.replace("-", " ")
+    click.confirm(
+        f"The pen stands raised over the page's {corner} corner, the paper lies. Begin?", abort=True, err=True
+    )
+
+
+def _send(drawing: Drawing, address: Address, wiring: Wiring, journal: Journal, path: PenPath, *, quiet: bool) -> Place:
+    control = Control()
+
+    def tell(text: str) -> None:
+        if not quiet:
+            click.echo(f"\r{text}", err=True)
+
+    with bars() as watch, interrupts(control, tell), pause_key(control, tell):
+        target = connect(address, wiring)
+        return send_drawing(drawing, target, journal, control, _progress(watch, path, len(drawing.lines_mm)))
+
+
+def _progress(watch: Watch, path: PenPath, strokes: int) -> Any:
+    """Tell the planned time that is behind and left, by stroke."""
+    begin, _ = stroke_times(path, strokes)
+    total = float(path.t_s[-1])
+
+    def tell(place: Place, waits: bool) -> None:
+        done = float(begin[place.stroke])
+        state = "paused" if waits else f"{clock(total - done)} left"
+        watch("drawing", round(done), round(total), f"stroke {place.stroke + 1} of {strokes}, {state}")
+
+    return tell
+
+
+def _tell(drawing: Drawing, began: Place, ended: Place, journal: str, as_json: bool) -> None:
+    count = len(drawing.lines_mm)
+    finished = ended.stroke == count
+    if as_json:
+        report = {"strokes": count, "began": began.stroke, "drawn": ended.stroke, "finished": finished}
+        click.echo(json.dumps(report | {"journal": None if finished else journal}))
+    elif finished:
+        click.echo(f"drawn: {count} strokes", err=True)
+    else:
+        click.echo(f"stopped with the pen up: {ended.stroke} of {count} strokes are drawn; --resume goes on", err=True)

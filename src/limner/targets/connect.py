@@ -1,0 +1,85 @@
+"""The text that names a machine, such as ``grbl:/dev/ttyUSB0``, goes in; the target behind it comes out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from limner.errors import BadInput
+from limner.targets.ebb import Ebb, EbbSettings, Plan
+from limner.targets.fake import FakeEbb, FakeGrbl, FakeLink
+from limner.targets.gcode import GcodeSettings
+from limner.targets.grbl import Grbl
+from limner.targets.link import Link
+from limner.targets.serial_link import SerialLink
+from limner.targets.target import Target
+
+KINDS = ("grbl", "ebb", "fake")
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where a machine is.
+
+    Attributes:
+        kind: ``grbl`` or ``ebb``.
+        port: the serial port; empty for a fake.
+    """
+
+    kind: str
+    port: str
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """All that a target may need to know.
+
+    Attributes:
+        home_mm: where the pen stands in the beginning, page frame.
+        plan: the motion of a line, for a board that must be told it.
+        fastest_mm_s: the greatest speed of that.
+        gcode: what lifts the pen of a GRBL plotter.
+        ebb: pen and carriage of an AxiDraw.
+        baud: of the serial port.
+    """
+
+    home_mm: tuple[float, float]
+    plan: Plan
+    fastest_mm_s: float
+    gcode: GcodeSettings
+    ebb: EbbSettings
+    baud: int = 115_200
+
+
+def parse_address(text: str) -> Address:
+    """Kind and port from ``grbl:PORT``, ``ebb:PORT``, ``fake:``, ``fake:grbl`` or ``fake:ebb``.
+
+    Raises:
+        BadInput: another kind, or no port.
+    """
+    kind, colon, port = text.partition(":")
+    if kind == "fake" and colon and port in ("", "grbl", "ebb"):
+        return Address(port or "grbl", "")
+    if kind in ("grbl", "ebb") and port:
+        return Address(kind, port)
+    raise BadInput(f"--to {text}: expected grbl:PORT, ebb:PORT (such as grbl:/dev/ttyUSB0, ebb:COM3) or fake:")
+
+
+def connect(address: Address, wiring: Wiring) -> Target:
+    """The target at an address; a serial port is opened, nothing is sent.
+
+    Raises:
+        DeviceFailed: the port cannot be opened.
+        MissingExtra: a serial port needs pyserial.
+        BadInput: the machine cannot move as fast as planned.
+    """
+    home = wiring.home_mm
+    if address.kind == "grbl":
+        down = wiring.gcode.servo_down if wiring.gcode.pen == "servo" else wiring.gcode.z_down_mm
+        fake = FakeGrbl(pen=wiring.gcode.pen, down_word=down)
+        return Grbl(_link(address, wiring, fake), wiring.gcode, home)
+    board = FakeEbb(home=home, steps_per_mm=wiring.ebb.steps_per_mm)
+    return Ebb(_link(address, wiring, board), wiring.plan, wiring.ebb, home, wiring.fastest_mm_s)
+
+
+def _link(address: Address, wiring: Wiring, fake: FakeGrbl | FakeEbb) -> Link:
+    return SerialLink(address.port, wiring.baud) if address.port else FakeLink(fake)

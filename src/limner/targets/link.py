@@ -1,0 +1,75 @@
+"""Bytes from a machine go in, in whatever pieces they come; whole lines come out."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+from limner.errors import DeviceFailed
+
+LONGEST_LINE = 400
+"""No machine here says more in a line; longer is noise."""
+
+
+class Noise(DeviceFailed):
+    """What came is no text."""
+
+
+class Link(Protocol):
+    """A cable to a machine."""
+
+    name: str
+
+    def write(self, data: bytes) -> None:
+        """Send all of it.
+
+        Raises:
+            DeviceFailed: the machine is gone, or takes nothing.
+        """
+
+    def read(self, timeout_s: float) -> bytes:
+        """What has come, waiting for it at most so long; empty if nothing has.
+
+        Raises:
+            DeviceFailed: the machine is gone.
+        """
+
+    def close(self) -> None:
+        """Let go of the cable."""
+
+
+class Lines:
+    """The lines that come over a link."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._rest = b""
+
+    def next(self, timeout_s: float) -> str | None:
+        """The next line that is not empty, without its end; None if none has come in so long.
+
+        Raises:
+            DeviceFailed: the machine is gone.
+            Noise: what comes is no text.
+        """
+        end = time.monotonic() + timeout_s
+        while True:
+            line = self._whole()
+            if line:
+                return line
+            left = end - time.monotonic()
+            if line is None:
+                data = self._link.read(max(left, 0))
+                if not data and left <= 0:
+                    return None
+                self._rest += data
+
+    def _whole(self) -> str | None:
+        """The next line if all of it is there, which may be empty."""
+        data = self._rest.replace(b"\r", b"\n")
+        head, newline, rest = data.partition(b"\n")
+        if len(head) > LONGEST_LINE or any(byte < 32 or byte > 126 for byte in head):
+            self._rest = rest
+            raise Noise(f"{self._link.name} says {head[:24]!r}, which is no text; check baud rate and cable")
+        self._rest = rest if newline else head
+        return head.decode("ascii").strip() if newline else None

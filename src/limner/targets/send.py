@@ -1,0 +1,92 @@
+"""A drawing, a machine and a journal go in; the machine draws it, and can be stopped and gone on with at any stroke."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from limner import geometry
+from limner.errors import DeviceFailed
+from limner.targets.journal import Journal, Place, runs_from
+from limner.targets.target import Target
+from limner.types import Drawing
+
+LOOK_S = 0.05
+"""How often a paused drawing looks whether it goes on."""
+
+
+@dataclass
+class Control:
+    """What the user wants, set from another thread or a signal at any time.
+
+    Attributes:
+        stop: raise the pen as soon as the machine can, go home and end.
+        pause: raise the pen as soon as the machine can, and wait until this is false again.
+    """
+
+    stop: bool = False
+    pause: bool = False
+
+    def going_on(self) -> bool:
+        """Whether to draw on."""
+        return not (self.stop or self.pause)
+
+
+Watch = Callable[[Place, bool], None]
+"""Told where the pen goes on, and whether it waits there."""
+
+
+def send(drawing: Drawing, target: Target, journal: Journal, control: Control, watch: Watch) -> Place:
+    """Draw from the journal's place on.
+
+    The journal says what is begun before the pen is lowered, and what is drawn once the machine has done it. So after a
+    stop nothing is drawn twice and nothing is lost; after a failure only the line that was being drawn is in doubt, and
+    is drawn again.
+
+    Args:
+        drawing: to draw; already checked against the machine's area.
+        target: what draws, not yet open; closed in the end.
+        journal: of this drawing.
+        control: looked at before every line, and within lines where the machine can stop there.
+        watch: told before every line.
+
+    Returns:
+        Where to go on: beyond the last stroke when the drawing is finished, else where it was stopped, the pen up.
+
+    Raises:
+        DeviceFailed: with the state of the pen, and where it was.
+        KeyboardInterrupt: interrupted at once; the pen was raised if that was possible.
+    """
+    try:
+        target.open()
+        _draw(drawing, target, journal, control, watch)
+        target.home()
+    except DeviceFailed as error:
+        raise DeviceFailed(f"{error}; {_after(target, journal, len(drawing.lines_mm))}") from error
+    except BaseException:
+        target.abort()
+        raise
+    finally:
+        target.close()
+    return journal.place
+
+
+def _draw(drawing: Drawing, target: Target, journal: Journal, control: Control, watch: Watch) -> None:
+    lines = [geometry.without_repeats(line) for line in drawing.lines_mm]
+    while journal.place.stroke < len(lines) and not control.stop:
+        if control.pause:
+            watch(journal.place, True)
+            time.sleep(LOOK_S)
+            continue
+        watch(journal.place, False)
+        line, places = runs_from(lines, journal.place)
+        journal.begin(journal.place)
+        journal.reached(places[target.draw(line, control.going_on)])
+
+
+def _after(target: Target, journal: Journal, strokes: int) -> str:
+    pen = "the pen is up" if target.abort() else "pen state unknown: lift it by hand"
+    if not journal.doubtful:
+        return f"{pen}; {journal.place.stroke} of {strokes} strokes are drawn, --resume goes on there"
+    return f"{pen}; it happened in stroke {journal.place.stroke + 1} of {strokes}, --resume draws that one again"

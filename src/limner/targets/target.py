@@ -1,0 +1,49 @@
+"""What a machine that draws has to offer, whichever it is: lines in millimetres go in, ink on paper comes out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from limner.types import Floats
+
+
+class Target(Protocol):
+    """A machine that draws, or a fake of one."""
+
+    name: str
+
+    def open(self) -> None:
+        """Make sure that the right machine answers, raise its pen, and take where it is for home.
+
+        Raises:
+            DeviceFailed: another machine answers, or none.
+        """
+
+    def draw(self, line_mm: Floats, going_on: Callable[[], bool]) -> int:
+        """Travel to a line's first point, lower the pen, draw, raise it, and wait until that is done.
+
+        Args:
+            line_mm: (n, 2), page frame; a single point is a dot.
+            going_on: asked wherever the machine can stop within a line.
+
+        Returns:
+            Index of the point at which the pen was raised: n - 1, or less when it was not to go on; everything up to
+            there is drawn and nothing beyond.
+
+        Raises:
+            DeviceFailed: the machine did not do as told; what is drawn of the line is not known.
+        """
+
+    def home(self) -> None:
+        """Go home, the pen raised, and wait until it is there."""
+
+    def abort(self) -> bool:
+        """Stop at once and raise the pen, after anything has gone wrong; never raises.
+
+        Returns:
+            Whether the pen is known to be up.
+        """
+
+    def close(self) -> None:
+        """Let go of the machine."""
