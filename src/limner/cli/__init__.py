@@ -78,7 +78,7 @@ def limner(debug: bool) -> None:
 
 
 def main() -> NoReturn:
-    """Run the command line and exit: 0 done, 2 bad input, 3 no face, 4 cannot be drawn, 5 a device failed, 130 interrupted."""
+    """Run the command line and exit: 0 done, 2 bad input, 3 no face, 4 cannot be drawn, 5 a device, 130 interrupted."""
     debug = "--debug" in sys.argv
     # --debug may stand anywhere, since one adds it to a line that has just failed.
     arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
