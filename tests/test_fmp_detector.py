@@ -3,8 +3,10 @@
 import dataclasses
 import itertools
 
+import cv2
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 
 import fmp_toy
 from limner.errors import BadInput
@@ -118,8 +120,8 @@ def test_double_precision_agrees(settings):
 @pytest.mark.parametrize("size", [(3000, 4000), (480, 640), (100, 100)])
 def test_the_searched_picture_is_no_larger_than_needed(settings, size, monkeypatch):
     searched = []
-    monkeypatch.setattr(detector, "search", lambda picture, *_, **__: searched.append(picture.shape[:2]) or [])
-    detect(Photo(np.zeros((*size, 3), np.uint8)), settings.replace(smallest=0.05))
+    monkeypatch.setattr(detector, "search_quickly", lambda picture, *_, **__: searched.append(picture.shape[:2]) or [])
+    detect(Photo(np.zeros((*size, 3), np.uint8)), settings.replace(smallest=0.05, tilt=0))
     sides = [min(shape) for shape in searched]
     assert sides == sorted(sides)
     assert sides[0] <= MODEL.smallest_face_px / 0.2 + 1
@@ -161,3 +163,48 @@ def test_real_faces_are_found_with_the_authors_model(shared):
     # Eyes, nose tip and chin as seen in the photo.
     for landmark, place in ((36, (207, 193)), (45, (318, 186)), (30, (263, 234)), (8, (264, 332))):
         assert np.hypot(*(face.points_px[landmark] - place)) < 12
+
+
+@pytest.mark.parametrize("angle_deg", [20, -20])
+def test_tilted_faces_are_found_where_no_upright_one_is(settings, angle_deg):
+    upright, (truth,) = photo_of(640, 480, (2, 150, 80))
+    turn = cv2.getRotationMatrix2D((320, 240), angle_deg, 1.0)
+    tilted = Photo(cv2.warpAffine(upright.rgb, turn, (640, 480), borderValue=(127, 127, 127)))
+    (face,) = detect(tilted, settings)
+    assert error(face, truth @ turn[:, :2].T + turn[:, 2]) < 0.015
+    assert detect(tilted, settings.replace(tilt=0)) == ()
+
+
+def test_the_search_everywhere_agrees(settings):
+    photo, (truth,) = photo_of(400, 360, (2, 40, 20))
+    (face,) = detect(photo, settings.replace(exact=True))
+    np.testing.assert_allclose(face.points_px, detect(photo, settings)[0].points_px, atol=1e-4)
+    assert error(face, truth) < 0.012
+
+
+def test_tiles_find_what_the_whole_photo_does(settings, monkeypatch):
+    photo, truths = photo_of(2400, 500, (1, 30, 40), (1, 1120, 100), (2, 2000, 60))
+    whole = detect(photo, settings)
+    monkeypatch.setattr(detector, "_TILE_PX", 100_000)
+    tiled = detect(photo, settings)
+    assert len(whole) == len(tiled) == 3
+    for truth in truths:
+        assert min(error(face, truth) for face in tiled) < 0.02
+
+
+def test_memory_is_bounded_by_tiles():
+    photo = Photo(np.zeros((600, 9000, 3), np.uint8))
+    sizes = [copy.picture.shape[:2] for copy in detector._copies(photo, 2.0, 200)]
+    assert len(sizes) > 1
+    assert max(h * w for h, w in sizes) <= detector._TILE_PX * 1.01
+
+
+@given(st.integers(1, 5000), st.floats(2.5, 4000), st.floats(0.1, 0.5))
+def test_pieces_cover_all_and_share_enough(length, side, share):
+    shared = share * side
+    pieces = list(detector._cuts(length, side, shared))
+    assert pieces[0][0] == 0
+    assert pieces[-1][1] == length
+    for (_, end), (start, _) in itertools.pairwise(pieces):
+        assert end - start >= shared - 1e-6
+    assert all(end - start <= side + 2 for start, end in pieces)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,17 +14,25 @@ import numpy as np
 from limner.errors import BadInput
 from limner.settings import SettingsGroup, setting
 from limner.types import LANDMARK_COUNTS, Face, Floats, Photo
+from limner.vision.landmarks.boxes import distinct
 from limner.vision.landmarks.fmp.hog import Array, half_down
-from limner.vision.landmarks.fmp.inference import Detection, search
+from limner.vision.landmarks.fmp.inference import Detection, search as search_everywhere
 from limner.vision.landmarks.fmp.matlab import import_matlab
 from limner.vision.landmarks.fmp.model import FmpModel, default_model, load_model
 from limner.vision.landmarks.fmp.pyramid import FILTER
+from limner.vision.landmarks.fmp.quick import search_quickly
 from limner.vision.landmarks.fmp.refine import refine
 
 NAME = "fmp"
 
 _FIRST_SHARE = 0.2
 """Faces larger than this share of the photo's shorter side are looked for first, smaller ones only if there is none."""
+
+_TILE_PX = 4_000_000
+"""Pixels searched at once: what a photo becomes when small faces in it are enlarged is cut to tiles of about this."""
+
+_ROOM = 1.25
+"""Tiles share this much of the largest face looked for, so that each face is whole in one."""
 
 
 @dataclass(frozen=True)
@@ -54,33 +63,51 @@ class FmpSettings(SettingsGroup):
         high=9,
     )
     precision: str = setting("float32", "Numbers computed with", choices=("float32", "float64"))
+    exact: bool = setting(
+        False, "Match all parts everywhere, not only where a face is likely: several times slower, seldom finds more"
+    )
+    tilt: float = setting(
+        20.0,
+        "Where no upright face is found, look again with the photo turned by this either way; 0: never",
+        unit="deg",
+        low=0,
+        high=90,
+    )
 
 
 def detect(photo: Photo, settings: FmpSettings) -> tuple[Face, ...]:
     """Find the faces, the large ones first, smaller ones only where there is none.
 
     Each range of sizes is searched in a copy of the photo just large enough for the smallest of them, so that neither
-    time nor memory depends on how many pixels the photo has.
+    time nor memory depends on how many pixels the photo has. Tilted faces are looked for where there is no upright one.
 
     Raises:
         BadInput: no usable model.
     """
     model = _model(settings.model)
-    for small, large in _ranges_px(photo, settings):
-        picture, pixel = _scaled(photo, model.smallest_face_px / small)
-        found = search(
-            picture,
-            model,
-            threshold=model.threshold + settings.threshold,
-            interval=settings.interval,
-            dtype=settings.precision,
-            scale_range_px=(0, model.cell_px * large / small),
-            overlap=settings.overlap,
-        )
-        if found:
-            faces = [_face(_refined(picture, detection, model, settings), model, pixel) for detection in found]
-            return tuple(sorted(faces, key=lambda face: -_area(face)))
+    for turns in ((0.0,), (settings.tilt, -settings.tilt)) if settings.tilt else ((0.0,),):
+        for small, large in _ranges_px(photo, settings):
+            copies = (
+                _turned(copy, turn) for copy in _copies(photo, model.smallest_face_px / small, large) for turn in turns
+            )
+            scales = (0, model.cell_px * large / small)
+            if faces := [face for copy in copies for face in _faces(copy, model, scales, settings)]:
+                return distinct(faces, settings.overlap)
     return ()
+
+
+def _faces(copy: _Copy, model: FmpModel, scale_range_px: tuple[float, float], settings: FmpSettings) -> Iterator[Face]:
+    search = search_everywhere if settings.exact else search_quickly
+    for detection in search(
+        copy.picture,
+        model,
+        threshold=model.threshold + settings.threshold,
+        interval=settings.interval,
+        dtype=settings.precision,
+        scale_range_px=scale_range_px,
+        overlap=settings.overlap,
+    ):
+        yield _face(_refined(copy.picture, detection, model, settings), model, copy.photo_from_copy)
 
 
 def looked_for(photo: Photo, settings: FmpSettings) -> str:
@@ -117,15 +144,58 @@ def _ranges_px(photo: Photo, settings: FmpSettings) -> Iterator[tuple[float, flo
         large, small = small, max(smallest, small / 2)
 
 
-def _scaled(photo: Photo, scale: float) -> tuple[Array, Floats]:
-    """The photo at another size (float32), and the size of its pixels x, y in those of the photo."""
-    width, height = (max(1, half_down(length * scale)) for length in photo.size_px)
+@dataclass(frozen=True, eq=False)
+class _Copy:
+    """A part of the photo at another size, perhaps turned.
+
+    Attributes:
+        picture: (h, w, 3) float32, 0..255.
+        photo_from_copy: (2, 3) from its pixels x, y to those of the photo.
+    """
+
+    picture: Array
+    photo_from_copy: Floats
+
+
+def _copies(photo: Photo, scale: float, largest_px: float) -> Iterator[_Copy]:
+    """The photo at another size; in tiles that share enough for faces of ``largest_px`` where that is too large."""
+    shared = _ROOM * min(largest_px, *photo.size_px)
+    side = max(2 * shared, math.sqrt(_TILE_PX) / scale)
+    whole = photo.size_px[0] * photo.size_px[1] * scale**2 <= _TILE_PX
+    columns, rows = ([(0, length)] if whole else list(_cuts(length, side, shared)) for length in photo.size_px)
+    for (top, bottom), (left, right) in itertools.product(rows, columns):
+        yield _scaled(photo.rgb[top:bottom, left:right], scale, (left, top))
+
+
+def _cuts(length: int, side: float, shared: float) -> Iterator[tuple[int, int]]:
+    """First and last pixel (exclusive) of as few equal pieces as can be, ``side`` long at most, that share enough."""
+    count = max(1, math.ceil((length - shared) / (side - shared)))
+    step = (length - shared) / count
+    for k in range(count):
+        yield math.floor(k * step), min(length, math.ceil(k * step + step + shared))
+
+
+def _scaled(rgb: Array, scale: float, corner: tuple[int, int]) -> _Copy:
+    """A part of the photo at another size, and how it lies in the photo, where its first pixel is at ``corner``."""
+    height, width = (max(1, half_down(length * scale)) for length in rgb.shape[:2])
     way = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
     planes = [
-        cv2.resize(photo.rgb[..., channel].astype(np.float32), (width, height), interpolation=way)
-        for channel in range(3)
+        cv2.resize(rgb[..., channel].astype(np.float32), (width, height), interpolation=way) for channel in range(3)
     ]
-    return cv2.merge(planes), np.array(photo.size_px) / (width, height)
+    pixel = np.array(rgb.shape[1::-1]) / (width, height)
+    return _Copy(cv2.merge(planes), np.column_stack([np.diag(pixel), 0.5 * pixel - 0.5 + corner]))
+
+
+def _turned(copy: _Copy, angle_deg: float) -> _Copy:
+    """The copy turned clockwise about its middle, in a frame of the same size; beyond its border its edge repeats."""
+    if angle_deg == 0:
+        return copy
+    height, width = copy.picture.shape[:2]
+    middle = ((width - 1) / 2, (height - 1) / 2)
+    turn = cv2.getRotationMatrix2D(middle, -angle_deg, 1.0)
+    picture = cv2.warpAffine(copy.picture, turn, (width, height), borderMode=cv2.BORDER_REPLICATE)
+    back = np.vstack([cv2.invertAffineTransform(turn), [0, 0, 1]])
+    return _Copy(picture, copy.photo_from_copy @ back)
 
 
 def _refined(picture: Array, detection: Detection, model: FmpModel, settings: FmpSettings) -> Detection:
@@ -135,16 +205,12 @@ def _refined(picture: Array, detection: Detection, model: FmpModel, settings: Fm
     return dataclasses.replace(detection, points_px=points)
 
 
-def _face(detection: Detection, model: FmpModel, pixel: Floats) -> Face:
-    """The detection in the photo, whose pixels are ``pixel`` times smaller than those that were searched."""
+def _face(detection: Detection, model: FmpModel, photo_from_copy: Floats) -> Face:
+    """The detection in the photo."""
     component = model.components[detection.component]
-    centres = (detection.points_px + 0.5) * pixel - 0.5
-    half = FILTER / 2 * detection.scale_px * pixel
+    centres = detection.points_px @ photo_from_copy[:, :2].T + photo_from_copy[:, 2]
+    half = FILTER / 2 * detection.scale_px * math.sqrt(abs(np.linalg.det(photo_from_copy[:, :2])))
     points = np.empty_like(centres)
     points[component.landmarks] = centres
     box = np.concatenate([centres.min(axis=0) - half, centres.max(axis=0) + half])
     return Face(points, box, detection.score, component.yaw_deg, NAME)
-
-
-def _area(face: Face) -> float:
-    return float(np.prod(face.box_px[2:] - face.box_px[:2]))

@@ -53,6 +53,29 @@ def hog(image: Array, cell_px: int = 4, dtype: DTypeLike = np.float64) -> Array:
     return _normalised(_histogram(image, cell_px, blocks, np.dtype(dtype)))
 
 
+def hog_part(
+    image: Array, low: tuple[int, int], high: tuple[int, int], cell_px: int = 4, dtype: DTypeLike = np.float64
+) -> Array:
+    """``hog(image, cell_px, dtype)[low[0]:high[0], low[1]:high[1]]`` with the work of that part alone.
+
+    Args:
+        image: as for ``hog``.
+        low: first row and column of cells.
+        high: last ones plus 1; beyond the map there is nothing.
+        cell_px: as for ``hog``.
+        dtype: as for ``hog``.
+    """
+    # A cell's normalisers reach one cell further and that one's pixels count from half a cell further still, and the
+    # picture's outermost pixels have no gradient.
+    first = [max(0, k - 1) for k in low]
+    last = [k + 3 for k in high]
+    top, left = (k * cell_px for k in first)
+    bottom, right = (k * cell_px for k in last)
+    cells = hog(image[top:bottom, left:right], cell_px, dtype)
+    skip_y, skip_x = (k - f for k, f in zip(low, first, strict=True))
+    return cells[skip_y : skip_y + high[0] - low[0], skip_x : skip_x + high[1] - low[1]]
+
+
 def _histogram(image: Array, cell_px: int, blocks: tuple[int, int], dtype: np.dtype[Any]) -> Array:
     """Sum the magnitudes into 18 bins of cells, each pixel shared among the four nearest cells: (18, rows, cols).
 

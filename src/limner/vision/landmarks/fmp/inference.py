@@ -48,6 +48,12 @@ class Detection:
         start = (self.cells - (PAD - 1)) * self.scale_px
         return np.concatenate([start, start + (FILTER * self.scale_px - 1)], axis=1)
 
+    @property
+    def box(self) -> Floats:
+        """(4,) x0, y0, x1, y1 around all parts, as ``part_boxes``."""
+        boxes = self.part_boxes
+        return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
+
 
 def search(
     image: Array,
@@ -154,8 +160,7 @@ def suppress(found: list[Detection], size: tuple[int, ...], overlap: float) -> l
     """
     if not found:
         return []
-    boxes = [detection.part_boxes for detection in found]
-    around = np.array([[*box[:, :2].min(axis=0), *box[:, 2:].max(axis=0)] for box in boxes])
+    around = np.array([detection.box for detection in found])
     scores = np.array([detection.score for detection in found])
     return [found[k] for k in _keep(_clipped(around, size), scores, overlap)]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from limner.types import Floats
-from limner.vision.landmarks.fmp.hog import CHANNELS, Array, half_down, hog
+from limner.vision.landmarks.fmp.hog import CHANNELS, Array, half_down, hog, hog_part
 
 PAD = 4
 """Empty cells around each map, so that parts may lie partly outside the picture."""
@@ -68,15 +68,60 @@ def pyramid(
         dtype: float64, or float32 for speed.
         scale_range_px: photo pixels per cell, from and to: other levels are skipped.
     """
+    wanted = wanted_steps(image.shape[:2], interval, cell_px, scale_range_px)
+    for scaled in scaled_pictures(np.asarray(image, dtype), interval, wanted):
+        yield level_of(scaled, interval, cell_px, dtype)
+
+
+def wanted_steps(size: tuple[int, ...], interval: int, cell_px: int, scale_range_px: tuple[float, float]) -> list[int]:
+    """How often a picture of ``size`` (height, width) is made smaller by ``2 ** (-1 / interval)`` for each level."""
     low, high = scale_range_px
     shrink = 2 ** (1 / interval)
-    count = level_count(image.shape[:2], interval, cell_px)
-    wanted = [step for step in range(count) if low <= cell_px * shrink**step <= high]
-    for scaled in scaled_pictures(np.asarray(image, dtype), interval, wanted):
-        features = padded(hog(scaled.image, cell_px, dtype))
-        start = scaled.corner_px + (1 - PAD) * cell_px * scaled.pixel_px
-        scale = cell_px * shrink**scaled.step
-        yield Level(interval + 1 + scaled.step, scale, features, cell_px * scaled.pixel_px, start)
+    return [step for step in range(level_count(size, interval, cell_px)) if low <= cell_px * shrink**step <= high]
+
+
+def level_of(scaled: Scaled, interval: int, cell_px: int, dtype: DTypeLike) -> Level:
+    """The map of a picture made smaller."""
+    features = padded(hog(scaled.image, cell_px, dtype))
+    start = scaled.corner_px + (1 - PAD) * cell_px * scaled.pixel_px
+    scale = cell_px * 2 ** (scaled.step / interval)
+    return Level(interval + 1 + scaled.step, scale, features, cell_px * scaled.pixel_px, start)
+
+
+def padded_size(scaled: Scaled, cell_px: int) -> NDArray[np.int64]:
+    """(2,) columns and rows of the whole padded map of a picture."""
+    blocks = [half_down(length / cell_px) for length in scaled.image.shape[1::-1]]
+    return np.array([max(length - 2, 0) + 2 * PAD for length in blocks], np.int64)
+
+
+def part_of(
+    scaled: Scaled,
+    interval: int,
+    cell_px: int,
+    dtype: DTypeLike,
+    box: tuple[NDArray[np.int64], NDArray[np.int64]],
+) -> Level:
+    """A part of ``level_of(...)`` with the work of that part alone; its cells count from the part's first.
+
+    Args:
+        scaled: the picture.
+        interval: levels per octave.
+        cell_px: side of a cell [px].
+        dtype: float64, or float32 for speed.
+        box: first cell x, y of the padded map and the last ones plus 1, inside of it.
+    """
+    low, high = box
+    inner = padded_size(scaled, cell_px) - 2 * PAD
+    features = np.zeros((*(high - low)[::-1], CHANNELS), dtype)
+    features[..., -1] = 1
+    first, last = np.clip(low - PAD, 0, inner), np.clip(high - PAD, 0, inner)
+    if (last > first).all():
+        at, end = first - (low - PAD), last - (low - PAD)
+        cells = hog_part(scaled.image, (int(first[1]), int(first[0])), (int(last[1]), int(last[0])), cell_px, dtype)
+        features[at[1] : end[1], at[0] : end[0]] = cells
+    start = scaled.corner_px + (low + 1 - PAD) * cell_px * scaled.pixel_px
+    scale = cell_px * 2 ** (scaled.step / interval)
+    return Level(interval + 1 + scaled.step, scale, features, cell_px * scaled.pixel_px, start)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,12 +161,12 @@ def level_count(size: tuple[int, ...], interval: int, cell_px: int = 4) -> int:
     return 1 + math.floor(math.log(smallest) / math.log(2 ** (1 / interval))) if smallest >= 1 else 0
 
 
-def padded(features: Array) -> Array:
-    """The map with ``PAD`` cells around it that are empty but for the last channel, which says that they are."""
+def padded(features: Array, pad: int = PAD) -> Array:
+    """The map with ``pad`` cells around it that are empty but for the last channel, which says that they are."""
     rows, cols = features.shape[:2]
-    result = np.zeros((rows + 2 * PAD, cols + 2 * PAD, CHANNELS), features.dtype)
+    result = np.zeros((rows + 2 * pad, cols + 2 * pad, CHANNELS), features.dtype)
     result[..., -1] = 1
-    result[PAD : PAD + rows, PAD : PAD + cols] = features
+    result[pad : pad + rows, pad : pad + cols] = features
     return result
 
 
