@@ -10,7 +10,7 @@ from limner.vision.portrait.band import fill, measure, tapered
 from limner.vision.portrait.follow import follow, normals, settle
 from limner.vision.portrait.grow import Rule, grow
 from limner.vision.portrait.seen import FlowSettings, look_at
-from limner.vision.raster import filled
+from limner.vision.raster import dilated, filled
 from portraits import agreement, astronaut, ink, london, mirrored, mirrored_points, painted, plain_face, resized
 
 SETTINGS = LineSettings()
@@ -86,6 +86,22 @@ def _inner_ink(drawing, face):
     mask = filled(face_outline(face), drawing.size_px[::-1])
     columns, rows = np.rint(points).astype(int).T
     return mask[np.clip(rows, 0, mask.shape[0] - 1), np.clip(columns, 0, mask.shape[1] - 1)].sum()
+
+
+def test_a_face_on_clutter_draws_hardly_anything_outside_the_figure():
+    """Its outline included, which may be drawn a pen's width outside."""
+    rng = np.random.default_rng(3)
+    clutter = np.full((620, 560, 3), 128, np.uint8)
+    for _ in range(250):
+        corner, size = rng.integers(0, 560, 2), rng.integers(8, 70, 2)
+        colour = rng.integers(0, 256, 3).tolist()
+        cv2.rectangle(clutter, corner.tolist(), (corner + size).tolist(), colour, -1)
+    photo, face = painted(background=clutter)
+    alone, _ = painted(background=(255, 0, 255))
+    figure = dilated((alone.rgb[..., 1] > 30) & ~((alone.rgb[..., 0] > 200) & (alone.rgb[..., 2] > 200)), 6)
+    points = np.rint(ink(portrait(photo, face).lines_px)).astype(int)
+    outside = ~figure[np.clip(points[:, 1], 0, 619), np.clip(points[:, 0], 0, 559)]
+    assert outside.mean() <= 0.05
 
 
 def test_every_region_of_a_made_up_face_is_drawn():

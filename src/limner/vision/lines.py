@@ -28,6 +28,7 @@ from limner.stages import Stages
 from limner.types import EdgeMap, Face, Photo, Strokes
 from limner.vision.completion import NONE, CompletionSettings, complete, names_of
 from limner.vision.edges import EXTRACTORS, CannySettings, GaborPyramidSettings, GaborSettings
+from limner.vision.figure import FigureSettings, find_figure
 from limner.vision.portrait import PortraitSettings, look_at, portrait_strokes
 from limner.vision.regions import RegionSettings, regions_and_weights
 from limner.vision.scale import ScaleSettings, Working, apply, to_working_scale
@@ -42,6 +43,7 @@ class LineSettings(SettingsGroup):
     """Everything between a photo and its strokes; a style's group bears its name, with _ for -."""
 
     scale: ScaleSettings = group(ScaleSettings)
+    figure: FigureSettings = group(FigureSettings)
     portrait: PortraitSettings = group(PortraitSettings)
     canny: CannySettings = group(CannySettings)
     gabor: GaborSettings = group(GaborSettings)
@@ -72,8 +74,9 @@ def _splines(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -
 
 def _portrait(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
     working = stages("scale", to_working_scale, photo, face, settings.scale)
+    figure = stages("figure", find_figure, working.photo, working.face, settings.figure)
     seen = stages("seen", look_at, working.photo, settings.portrait.flow)
-    strokes = stages("portrait", portrait_strokes, seen, working.face, None, settings.portrait, settings.regions)
+    strokes = stages("portrait", portrait_strokes, seen, working.face, figure, settings.portrait, settings.regions)
     return _in_photo(strokes, working, photo)
 
 

@@ -13,7 +13,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from limner import geometry
 from limner.types import Floats
 from limner.vision.edges.flow import Flow
 from limner.vision.edges.ridges import crests
@@ -27,6 +26,9 @@ BEND = float(np.cos(np.deg2rad(35)))
 PATIENCE = 7
 """Steps over which a line may be invisible and go on."""
 
+CELL_PX, ROUND = 5, 12
+"""A line ends where it comes back to a cell of this size more than so many steps later: it goes round in circles."""
+
 LONGEST = 400
 """Steps after which a line ends in any case."""
 
@@ -38,7 +40,7 @@ class Rule:
     Attributes:
         low: it goes on while it is stronger than this.
         high: it begins where it is stronger than this.
-        shortest: length below which it is dropped [px].
+        shortest: what reaches less far is dropped [px].
         apart: how near to others it may come [px].
         worth: as in ``Mark``.
         smooth: its smoothing, standard deviation along it [px].
@@ -61,7 +63,7 @@ class Grown:
 
 
 class _Field:
-    """What a walker sees; plain lists, as it looks at single pixels."""
+    """What a walker sees."""
 
     def __init__(self, strength: Image, flow: Flow, low: Image) -> None:
         self.height, self.width = strength.shape
@@ -71,16 +73,17 @@ class _Field:
     def walk(self, x: float, y: float, sign: float, taken: NDArray[np.uint8]) -> list[tuple[float, float]]:
         """The places reached from a seed in one direction, up to the last that was strong enough."""
         item, path, last = self.strength.item, [], 0
+        seen: dict[tuple[int, int], int] = {}
         row, column = round(y), round(x)
         dx, dy = sign * self.x.item(row, column), sign * self.y.item(row, column)
-        for _ in range(LONGEST):
+        for step in range(LONGEST):
             x, y = x + STEP_PX * dx, y + STEP_PX * dy
             row, column = round(y), round(x)
             if not (1 <= row < self.height - 1 and 1 <= column < self.width - 1) or taken.item(row, column):
                 break
             tx, ty = self.x.item(row, column), self.y.item(row, column)
             turn = tx * dx + ty * dy
-            if abs(turn) < BEND:
+            if abs(turn) < BEND or step - seen.setdefault((row // CELL_PX, column // CELL_PX), step) > ROUND:
                 break
             dx, dy = (tx, ty) if turn > 0 else (-tx, -ty)
             # Half a pixel towards the crest, where one side is stronger than the other.
@@ -125,7 +128,7 @@ def grow(
         line = np.array([*behind[::-1], (float(column), float(row)), *ahead])
         places = whole(line)
         label = int(np.bincount(labels[places[:, 1], places[:, 0]]).argmax())
-        if geometry.length(line) < rules[label].shortest:
+        if float(np.hypot(*np.ptp(line, axis=0))) < rules[label].shortest:
             taken[row, column] = 1
             continue
         _occupy(taken, line, rules[label].apart)

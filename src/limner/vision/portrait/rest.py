@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from limner.types import REGIONS, Face
 from limner.vision.chains import join_gaps
+from limner.vision.figure import Figure
 from limner.vision.head import face_frame
 from limner.vision.portrait.grow import Rule, grow
 from limner.vision.portrait.marks import Mark
 from limner.vision.portrait.seen import Seen
 from limner.vision.portrait.settings import PortraitSettings
-from limner.vision.raster import Mask, Shape, blurred, dilated, filled
+from limner.vision.raster import Mask, Shape, dilated, filled
 from limner.vision.regions import regions_at
 
 Labels = NDArray[np.uint8]
@@ -32,14 +33,13 @@ RULES = {
     "ear": Rule(0.04, 0.10, 0.15, 0.04, 0.9, 4),
     "hair": Rule(0.015, 0.03, 0.25, 0.05, 0.8, 8),
     "face": Rule(0.045, 0.09, 0.22, 0.07, 0.8, 5),
-    "body": Rule(0.05, 0.12, 0.5, 0.14, 0.8, 8),
-    "far": Rule(9, 9, 9, 0.05, 0, 0),
+    "body": Rule(0.05, 0.12, 0.7, 0.14, 0.8, 8),
     "background": Rule(9, 9, 9, 0.05, 0, 0),
 }
-"""By region, lengths in outer-eye distances; besides, what hangs under the eyes, beards, and hair far from the head."""
+"""By region, lengths in outer-eye distances; besides, what hangs under the eyes, and beards."""
 
-BEARD = 0.3
-"""How much darker than the cheeks a beard is, as a share of their lightness."""
+BEARD = 0.4
+"""A beard covers at least this share of the chin."""
 
 COARSE = 4
 """Regions are looked up at every so many-th pixel."""
@@ -54,15 +54,13 @@ GAP, GAP_BEND = 0.12, np.deg2rad(30)
 """Ends of two lines of a region that face each other over such a gap [outer-eye distances] are joined."""
 
 
-def draw_rest(
-    seen: Seen, face: Face, figure: Mask | None, drawn: Sequence[Mark], settings: PortraitSettings
-) -> list[Mark]:
+def draw_rest(seen: Seen, face: Face, figure: Figure, drawn: Sequence[Mark], settings: PortraitSettings) -> list[Mark]:
     """Lines that go on and are clear, the strongest first, none beside another.
 
     Args:
         seen: the photo.
         face: in it.
-        figure: (H, W) what belongs to the person; not given: what lies where a head and a body are.
+        figure: the person.
         drawn: what is there already.
         settings: how much is drawn.
     """
@@ -71,13 +69,8 @@ def draw_rest(
     hair = names.index("hair")
     rules[hair] = dataclasses.replace(rules[hair], apart=settings.hair_apart * unit)
     labels = _labels(face, seen.grey.shape, names, settings.body)
-    none, far = names.index("background"), names.index("far")
-    if figure is None:
-        labels[labels == far] = none
-    else:
-        labels[labels == far] = hair
-        labels[~dilated(figure, round(OUTLINE * unit))] = none
-    beard = _beard(seen, face) & np.isin(labels, [names.index(name) for name in ("face", "jaw", "mouth")])
+    labels[~dilated(figure.figure, round(OUTLINE * unit))] = names.index("background")
+    beard = _beard(figure, face) & np.isin(labels, [names.index(name) for name in ("face", "jaw", "mouth")])
     labels[beard] = names.index("beard")
     before = [(mark.line, rules[names.index(mark.region)].apart) for mark in drawn]
     grown = grow(seen.both, seen.broad, labels, rules, before)
@@ -110,25 +103,20 @@ def _labels(face: Face, shape: Shape, names: list[str], body: float) -> Labels:
     labels = np.array([names.index(name) for name in REGIONS], np.uint8)[regions_at(points, face)]
     frame = face_frame(face)
     jaw, place = frame.from_photo(face.points_px[:17]), frame.from_photo(points)
-    none, hair, far = (names.index(name) for name in ("background", "hair", "far"))
-    labels[labels == none] = far
+    none, hair = names.index("background"), names.index("hair")
+    labels[labels == none] = hair  # what is no hair is no figure either
     eyes = frame.from_photo(face.points_px[36:48])[:, 1].mean()
     labels[(labels == names.index("eye")) & (place[:, 1] > eyes + 0.03)] = names.index("bag")
     low = place[:, 1] > jaw[:, 1].max()
-    labels[low & ((labels == hair) | (labels == far))] = names.index("body")
+    labels[low & (labels == hair)] = names.index("body")
     aside = np.abs(place[:, 0] - jaw[8, 0]) > BESIDE
     labels[low & ((place[:, 1] > jaw[:, 1].max() + body) | aside)] = none
     return np.asarray(cv2.resize(labels.reshape(x.shape), shape[::-1], interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
-def _beard(seen: Seen, face: Face) -> Mask:
-    """Where (H, W) the lower face is much darker than the cheeks under the eyes."""
-    unit, frame = face.outer_eye_px, face_frame(face)
-    place = frame.from_photo(face.points_px)
-    cheeks = np.array([[(place[side, 0] + place[wing, 0]) / 2, place[wing, 1]] for side, wing in ((3, 31), (13, 35))])
-    skin = seen.at(blurred(seen.grey, 0.08 * unit), frame.to_photo(cheeks)).mean()
-    dark = blurred(seen.grey, 0.03 * unit) < skin - BEARD * skin
-    below = np.concatenate([face.points_px[2:15], face.points_px[[35, 33, 31]]])
-    lips = dilated(filled(face.points_px[48:60], dark.shape), 3)
-    beard: Mask = dark & filled(below, dark.shape) & ~lips
-    return beard
+def _beard(figure: Figure, face: Face) -> Mask:
+    """The beard (H, W), if it covers the chin: what is dark at the border of the face alone is shadow."""
+    chin = filled(face.points_px[[6, 7, 8, 9, 10, 55, 57, 59]], figure.beard.shape)
+    covered = chin.any() and bool(figure.beard[chin].mean() > BEARD)
+    lips = dilated(filled(face.points_px[48:60], chin.shape), 3)
+    return figure.beard & ~lips if covered else np.zeros_like(chin)

@@ -9,6 +9,7 @@ import numpy as np
 
 from limner import geometry
 from limner.types import Face, Floats, Strokes
+from limner.vision.figure import Figure
 from limner.vision.portrait.brows import draw_brows
 from limner.vision.portrait.eyes import draw_eyes
 from limner.vision.portrait.jaw import draw_jaw
@@ -18,7 +19,6 @@ from limner.vision.portrait.nose import draw_nose
 from limner.vision.portrait.rest import draw_rest
 from limner.vision.portrait.seen import Seen
 from limner.vision.portrait.settings import PortraitSettings
-from limner.vision.raster import Mask
 from limner.vision.regions import RegionSettings
 
 NOTHING = 0.02
@@ -29,14 +29,14 @@ TOLERANCE_PX = 0.25
 
 
 def portrait_strokes(
-    seen: Seen, face: Face, figure: Mask | None, settings: PortraitSettings, importance: RegionSettings
+    seen: Seen, face: Face, figure: Figure, settings: PortraitSettings, importance: RegionSettings
 ) -> Strokes:
     """Features where the landmarks say they are and the photo shows them, then all else that is clear.
 
     Args:
         seen: a photo at the working scale.
         face: a frontal one in it.
-        figure: (H, W) what belongs to the person; not given: what lies where a head and a body are.
+        figure: the person in it.
         settings: how much is drawn.
         importance: of the regions.
 
