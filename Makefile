@@ -1,7 +1,7 @@
 # make demo   set up .venv, then draw the astronaut
 # make test   set up .venv, then run every test
 # make lint   the linters and the type checker
-# make bench  measure speed and memory, print a table
+# make bench  measure speed and memory, print a table (MODELS=DIR: the face models of Zhu & Ramanan too)
 # make clean  remove what was built
 
 VENV   := .venv
@@ -47,7 +47,7 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy
 
 bench: $(VENV)/.dev
-	@$(BIN)/limner evaluate speed
+	@$(BIN)/limner evaluate speed $(if $(MODELS),--models $(MODELS))
 
 clean:
 	rm -rf build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

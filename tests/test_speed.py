@@ -38,5 +38,7 @@ def test_the_benchmark_runs_and_memory_is_bounded():
     rows = {row["name"]: row for row in json.loads(result.stdout)["speed"]}
     assert all(row["value"] > 0 for row in rows.values())
     # Memory, unlike time, does not depend on how busy the machine is.
-    assert rows["its peak memory"]["value"] < 600
+    peaks = [row["value"] for name, row in rows.items() if name.endswith("peak memory")]
+    assert len(peaks) == 5
+    assert max(peaks) < 600
     assert LARGE_PX[0] * LARGE_PX[1] == 12_000_000

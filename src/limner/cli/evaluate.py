@@ -27,10 +27,18 @@ def evaluate() -> None:
 @evaluate.command()
 @click.argument("photo", metavar="[PHOTO]", required=False)
 @click.option("--runs", type=click.IntRange(1), default=5, metavar="N", help="Runs of each figure. Default: 5.")
+@click.option(
+    "--models",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="Folder of the models of Zhu & Ramanan (face_p146_small.mat, face_p99.mat), to be timed too.",
+)
 @options.json_option
-def speed(photo: str | None, runs: int, as_json: bool) -> None:
+def speed(photo: str | None, runs: int, models: Path | None, as_json: bool) -> None:
     """Time every stage on PHOTO, by default the astronaut of scikit-image, and measure the memory of `limner draw`."""
-    rows = list(measure_speed(load_photo(photo or astronaut()), runs))
+    rows = list(measure_speed(load_photo(photo or astronaut()), runs, models))
+    if models is None:
+        click.echo("the authors' models were not timed: no folder of them was given (--models)", err=True)
     if as_json:
         click.echo(json.dumps({"speed": [dataclasses.asdict(row) for row in rows]}))
     else:

@@ -1,7 +1,7 @@
 """A model and the pictures of a pyramid go in; places where a face may be come out, the likeliest first.
 
 Each view of the model is taken as one stiff template, all its parts where they rest, and laid on maps with cells of
-twice the size (a coarse root as in Felzenszwalb et al. 2010, doi:10.1109/TPAMI.2009.167). That costs a hundredth of
+twice the size (a coarse root as in Felzenszwalb et al. 2010, doi:10.1109/TPAMI.2009.167). That costs little beside
 matching all parts: a quarter of the cells, and one correlation a view. The large cells make good for most of what the
 parts would have moved.
 """

@@ -64,7 +64,8 @@ class FmpSettings(SettingsGroup):
     )
     precision: str = setting("float32", "Numbers computed with", choices=("float32", "float64"))
     exact: bool = setting(
-        False, "Match all parts everywhere, not only where a face is likely: several times slower, seldom finds more"
+        False,
+        "Match all parts everywhere, not only where a face is likely: two to four times slower, seldom finds more",
     )
     tilt: float = setting(
         20.0,

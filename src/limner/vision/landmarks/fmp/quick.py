@@ -1,4 +1,4 @@
-"""A picture and a model go in; the faces that a search everywhere would find come out, with a tenth of the work.
+"""A picture and a model go in; the faces that a search everywhere would find come out, with a fraction of the work.
 
 Stiff templates propose where a face may be. There, and only there, all parts are matched, in the same cells and with
 the same sums as in the whole search, on to the neighbouring level or view as long as the score grows. When several of
