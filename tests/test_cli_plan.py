@@ -106,7 +106,9 @@ def test_gcode_is_written_at_the_speed_of_the_machine(run, tmp_path):
 
 def test_one_dot_is_a_drawing(run, tmp_path):
     (tmp_path / "dot.svg").write_bytes(limner.to_svg(of([[20, 20]])))
-    assert run("plan", "dot.svg")[0] == 0
+    code, _, err = run("plan", "dot.svg")
+    assert code == 0
+    assert "1 stroke and 1 point:" in err
 
 
 def test_times_are_told_as_one_says_them():

@@ -13,7 +13,7 @@ from limner import geometry
 from limner.drawing.measure import measure
 from limner.errors import BadInput, CannotDraw, NothingToDraw
 from limner.motion.area import check_area
-from limner.motion.cost import costs, seconds, stroke_seconds
+from limner.motion.cost import costs, seconds, stroke_begins, stroke_seconds
 from limner.motion.machine import CORNERS, MACHINES, Machine, load_machine
 from limner.motion.pen import CHORD_MM, plan
 from limner.types import Drawing, Page
@@ -101,6 +101,11 @@ def test_costs_are_those_of_the_path(drawing, machine):
     assert got.seconds == pytest.approx(path.t_s[-1], abs=1e-6)
     assert got.draw_s + got.travel_s + got.lift_s == pytest.approx(got.seconds)
     assert got.draw_s == pytest.approx(stroke_seconds(drawing, machine).sum())
+    begins = stroke_begins(drawing, machine)
+    assert len(begins) == len(drawing.lines_mm)
+    for stroke, begin in enumerate(begins):
+        first = np.flatnonzero(path.stroke == stroke)[0]
+        assert begin == pytest.approx(path.t_s[first - 1], abs=1e-6)
     if machine.home == "lower-left":
         want = measure(drawing)
         assert got.travel_mm == pytest.approx(want.travel_mm, abs=1e-6)

@@ -90,13 +90,18 @@ def plan(
 
 
 def summary(told: Costs, machine: str) -> str:
-    """What it costs, in two lines."""
+    """What it costs, in one line."""
     return (
-        f"{machine}: {clock(told.seconds)} for {told.strokes} strokes and {told.points} points:"
+        f"{machine}: {clock(told.seconds)} for {many(told.strokes, 'stroke')} and {many(told.points, 'point')}:"
         f" {clock(told.draw_s)} drawing {told.ink_mm / 1000:.2f} m of ink,"
         f" {clock(told.travel_s)} on {told.travel_mm / 1000:.2f} m between strokes,"
-        f" {clock(told.lift_s)} for {told.lifts} lifts"
+        f" {clock(told.lift_s)} for {many(told.lifts, 'lift')}"
     )
+
+
+def many(count: int, what: str) -> str:
+    """So many of it: 1 stroke, 2 strokes."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def clock(seconds: float) -> str:

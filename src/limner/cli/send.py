@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import click
 import numpy as np
@@ -15,13 +16,14 @@ from limner.cli.keys import interrupts, pause_key
 from limner.cli.plan import clock
 from limner.cli.progress import Watch, bars
 from limner.errors import BadInput
+from limner.motion.cost import seconds, stroke_begins
 from limner.motion.machine import Machine, load_machine
 from limner.motion.pen import plan
 from limner.pipeline import Settings
-from limner.targets.animation import stroke_times
-from limner.targets.connect import Address, Wiring, connect, parse_address
+from limner.targets.connect import Wiring, connect, parse_address
 from limner.targets.journal import Journal, Place, unfinished
 from limner.targets.send import Control, send as send_drawing
+from limner.targets.target import Target
 from limner.types import Drawing, Floats, PenPath
 
 MACHINE_OF = {"grbl": "grbl", "ebb": "axidraw"}
@@ -73,18 +75,18 @@ def send(
     address = parse_address(to)
     mover = load_machine(machine or MACHINE_OF[address.kind])
     placed = machines.placed(drawing, mover, shrink)
-    path = plan(placed, mover)
     place = _first_place(placed, resume, first)
     file = journal_file or f"{drawing}.journal"
     left = None if resume else unfinished(file, placed)
     if not yes:
-        _ask(drawing, to, mover, placed, path, left)
+        _ask(drawing, to, mover, placed, left)
     journal = Journal(file, placed, resume=resume)
     if place is not None:
         journal.reached(place)
     began = journal.place
     try:
-        ended = _send(placed, address, _wiring(placed, mover, settings, baud), journal, path, quiet=as_json)
+        target = partial(connect, address, _wiring(placed, mover, settings, baud))
+        ended = _send(placed, target, journal, mover, quiet=as_json)
     finally:
         journal.close()
     _tell(placed, began, ended, file, as_json)
@@ -111,7 +113,7 @@ def _wiring(drawing: Drawing, machine: Machine, settings: Settings, baud: int) -
     return Wiring((x, y), motion, fastest, machines.gcode_for(settings.gcode, machine), settings.ebb, baud)
 
 
-def _ask(name: str, to: str, machine: Machine, drawing: Drawing, path: PenPath, left: Place | None) -> None:
+def _ask(name: str, to: str, machine: Machine, drawing: Drawing, left: Place | None) -> None:
     """Ask whether to begin.
 
     Raises:
@@ -121,7 +123,7 @@ def _ask(name: str, to: str, machine: Machine, drawing: Drawing, path: PenPath, 
     if not sys.stdin.isatty():
         raise BadInput("it asks before the machine moves, and nobody is there to answer; add --yes")
     count = len(drawing.lines_mm)
-    click.echo(f"{name}: {count} strokes, {clock(float(path.t_s[-1]))} on {machine.name} at {to}", err=True)
+    click.echo(f"{name}: {count} strokes, {clock(seconds(drawing, machine))} on {machine.name} at {to}", err=True)
     if left is not None and 0 < left.stroke < count:
         click.echo(f"{left.stroke} of them were drawn before; --resume goes on there, this begins anew", err=True)
     corner = machine.home.replace("-", " ")
@@ -130,7 +132,7 @@ def _ask(name: str, to: str, machine: Machine, drawing: Drawing, path: PenPath, 
     )
 
 
-def _send(drawing: Drawing, address: Address, wiring: Wiring, journal: Journal, path: PenPath, *, quiet: bool) -> Place:
+def _send(drawing: Drawing, target: Callable[[], Target], journal: Journal, machine: Machine, *, quiet: bool) -> Place:
     control = Control()
 
     def tell(text: str) -> None:
@@ -138,17 +140,15 @@ def _send(drawing: Drawing, address: Address, wiring: Wiring, journal: Journal, 
             click.echo(f"\r{text}", err=True)
 
     with bars() as watch, interrupts(control, tell), pause_key(control, tell):
-        target = connect(address, wiring)
-        return send_drawing(drawing, target, journal, control, _progress(watch, path, len(drawing.lines_mm)))
+        return send_drawing(drawing, target(), journal, control, _progress(watch, drawing, machine))
 
 
-def _progress(watch: Watch, path: PenPath, strokes: int) -> Any:
+def _progress(watch: Watch, drawing: Drawing, machine: Machine) -> Callable[[Place, bool], None]:
     """Tell the planned time that is behind and left, by stroke."""
-    begin, _ = stroke_times(path, strokes)
-    total = float(path.t_s[-1])
+    begins, total, strokes = stroke_begins(drawing, machine), seconds(drawing, machine), len(drawing.lines_mm)
 
     def tell(place: Place, waits: bool) -> None:
-        done = float(begin[place.stroke])
+        done = float(begins[place.stroke])
         state = "paused" if waits else f"{clock(total - done)} left"
         watch("drawing", round(done), round(total), f"stroke {place.stroke + 1} of {strokes}, {state}")
 

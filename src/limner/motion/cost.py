@@ -64,6 +64,15 @@ def stroke_seconds(drawing: Drawing, machine: Machine) -> Floats:
     return np.bincount(moves.stroke[inked], fast.seconds[inked], len(drawing.lines_mm)).astype(np.float64)
 
 
+def stroke_begins(drawing: Drawing, machine: Machine) -> Floats:
+    """(strokes,) when each stroke begins, its pen already lowered [s]."""
+    moves, fast = _planned(drawing, machine)
+    before = np.cumsum(fast.seconds + moves.lowers * machine.pen_down_s + moves.raises * machine.pen_up_s)
+    first = np.flatnonzero(moves.draws & np.concatenate([[True], moves.stroke[1:] != moves.stroke[:-1]]))
+    begins: Floats = (before - fast.seconds)[first]
+    return begins
+
+
 def _planned(drawing: Drawing, machine: Machine) -> tuple[Route, Profile]:
     home = machine.home_mm(drawing.page)
     moves = route(drawing, home, home)
