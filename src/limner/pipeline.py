@@ -26,6 +26,7 @@ from limner.vision.landmarks import DetectSettings, choose, detect
 from limner.vision.likeness.model import shipped_likeness
 from limner.vision.lines import STYLES, LineSettings, draw_lines
 from limner.vision.photo import Box, Source, crop_photo, load_photo
+from limner.vision.quality import photo_notes
 from limner.vision.refine import BEST, NONE, REFINEMENTS, RefineSettings, refine
 
 AUTO = "auto"
@@ -106,6 +107,11 @@ class Portrait:
         """How much of the person is in the drawing, 0 to 1; computed when first asked for."""
         return shipped_likeness().likeness(self.photo, self.face, self.ink_px(), self.pen_px)
 
+    @cached_property
+    def photo_notes(self) -> tuple[str, ...]:
+        """What is wrong with the photo and what helps, one line each; computed when first asked for."""
+        return photo_notes(self.photo, self.face)
+
     def svg(self) -> bytes:
         """The drawing as SVG, settings and version inside."""
         return to_bytes(self.drawing, ".svg", self.about())
@@ -131,6 +137,7 @@ class Portrait:
             "style": self.settings.style,
             **dataclasses.asdict(measure(self.drawing)),
             "likeness": self.likeness,
+            "photo_notes": list(self.photo_notes),
             "page_from_photo": self.page_from_photo.tolist(),
             "seconds": self.seconds | {"total": sum(self.seconds.values())},
             "settings": self.settings.to_dict(),

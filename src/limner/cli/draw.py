@@ -10,6 +10,7 @@ import click
 
 from limner import pipeline
 from limner.cli import options
+from limner.errors import CannotDraw
 from limner.pipeline import Settings
 
 
@@ -23,6 +24,7 @@ from limner.pipeline import Settings
     help=f"Where to: {', '.join(pipeline.FORMATS)}, - for SVG on stdout; may be repeated. Default: the photo's name"
     " as .svg.",
 )
+@click.option("--refuse-bad", is_flag=True, help="Draw nothing from a bad photo (blurred, dark, covered, ...).")
 @options.flag("style", "--style", "-s", metavar="STYLE")
 @options.flag("complete", "--complete", metavar="FEATURES")
 @options.drawing_options
@@ -35,12 +37,14 @@ def draw(
     crop: tuple[int, int, int, int] | None,
     number: int | None,
     out: tuple[str, ...],
+    refuse_bad: bool,
     save_settings: Path | None,
     as_json: bool,
 ) -> None:
     """Draw the person in PHOTO as ordered pen strokes.
 
-    PHOTO is a JPEG, PNG, WebP or HEIC file, or - for standard input.
+    PHOTO is a JPEG, PNG, WebP or HEIC file, or - for standard input. A bad photo is drawn too, with a note that says
+    what would help.
     """
     settings = options.chosen_settings(ctx, Settings, save_settings)
     outs = out or (default_out(photo),)
@@ -48,8 +52,12 @@ def draw(
         if path != "-":
             pipeline.check_format(path)
     portrait = pipeline.draw(photo, settings, crop=crop, number=number or 1)
+    if refuse_bad and portrait.photo_notes:
+        raise CannotDraw(f"{photo}: {portrait.photo_notes[0]}")
     for path in outs:
         write(portrait, path)
+    for note in portrait.photo_notes:
+        click.echo(f"note: {note}", err=True)
     report = portrait.report() | {"out": [path for path in outs if path != "-"]}
     if as_json:
         click.echo(json.dumps(report))

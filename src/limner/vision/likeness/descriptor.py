@@ -27,6 +27,7 @@ LANDMARKS = [17, 19, 21, 22, 24, 26, 27, 30, 31, 33, 35, *range(36, 40), *range(
 """Those looked around; not the jaw, on which people and machines disagree."""
 
 _FACE = ((-0.8, 0.8), (-0.55, 1.3))  # x and y of the mesh from between the eyes [outer-eye distances]
+_RING = 8  # places around a landmark
 _CLIP = 0.3
 _LEAST = 0.01
 _EVEN_PX, _LEAST_LINE = 8.0, 0.5
@@ -47,6 +48,19 @@ def describe(picture: Image, landmarks_px: Floats) -> NDArray[np.float32]:
         soft = blurred(channels, POOL_SIGMA_PX)
         parts += [_over_the_face(soft), _around_landmarks(soft, landmarks_px)]
     return np.concatenate(parts)
+
+
+def describe_landmarks(picture: Image, landmarks_px: Floats) -> NDArray[np.float32]:
+    """What a face looks like around each landmark (LANDMARKS, m), edges before dark lines: a part of ``describe``."""
+    kinds = (blurred(channels, POOL_SIGMA_PX) for channels in (edges(picture), lines(picture)))
+    return np.hstack([_around_landmarks(soft, landmarks_px).reshape(len(LANDMARKS), -1) for soft in kinds])
+
+
+def landmark_part(descriptor: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The part of a whole descriptor (n,) that ``describe_landmarks`` gives (LANDMARKS, m)."""
+    kinds = np.split(descriptor, 2)
+    around = len(LANDMARKS) * (_RING + 1) * ORIENTATIONS
+    return np.hstack([kind[-around:].reshape(len(LANDMARKS), -1) for kind in kinds])
 
 
 def edges(picture: Image) -> Image:
@@ -88,7 +102,7 @@ def _over_the_face(channels: Image) -> NDArray[np.float32]:
 
 
 def _around_landmarks(channels: Image, landmarks_px: Floats) -> NDArray[np.float32]:
-    turn = 2 * np.pi * np.arange(8) / 8
+    turn = 2 * np.pi * np.arange(_RING) / _RING
     ring = np.concatenate([[[0, 0]], RING_PX * np.stack([np.cos(turn), np.sin(turn)], axis=1)])
     values = _sampled(channels, landmarks_px[LANDMARKS][:, None] + ring).reshape(len(LANDMARKS), -1)
     even = values / (np.linalg.norm(values, axis=1, keepdims=True) + _LEAST)
