@@ -4,7 +4,9 @@ import pytest
 
 from limner.errors import BadInput
 from limner.storage import pack_npz
-from limner.vision.landmarks.fmp.dataset import Sample, completed, folds, read_folder, similarity, transform
+from limner.vision.landmarks import mesh
+from limner.vision.landmarks.fmp.completion import LEAST_EYE_PX, MOST_YAW_DEG, completed
+from limner.vision.landmarks.fmp.dataset import SURE, Sample, folds, read_folder, similarity, transform
 
 FACE = np.stack([np.linspace(10, 50, 68), 20 + 10 * np.sin(np.arange(68))], axis=1)
 
@@ -39,24 +41,66 @@ def test_a_person_is_one_in_all_folders_of_a_set(tmp_path):
     assert smiling[0].path.parent.name == "smiling"
 
 
-def test_a_machines_jaw_is_not_trusted(tmp_path):
+def test_a_folder_of_images_will_do_when_its_labels_are_clear(tmp_path):
+    write(tmp_path / "set")
+    write(tmp_path / "set", ("c_2.png",), "landmarks_x_machine.npz", "x")
+    assert [sample.path.name for sample in read_folder(tmp_path / "set" / "x")[0]] == ["c_2.png"]
+    assert len(read_folder(tmp_path / "set" / "images")[0]) == 2
+
+
+def test_a_machines_landmarks_are_those_of_its_mesh(tmp_path):
+    points = np.random.default_rng(0).uniform(5, 45, (2, mesh.POINTS, 2)).astype(np.float32)
+    samples, _ = read_folder(write(tmp_path / "set", labels="landmarks_machine.npz", mp468=points))
+    for sample, face in zip(samples, points, strict=True):
+        assert sample.machine
+        assert sample.points_px == pytest.approx(mesh.landmarks(face.astype(np.float64)))
+    by_hand, _ = read_folder(write(tmp_path / "other", mp468=points))
+    assert (by_hand[0].points_px == FACE).all()
+
+
+def test_what_a_machine_is_not_sure_of_is_left_out_and_named(tmp_path):
+    score = np.array([SURE, SURE - 0.001])
+    samples, left_out = read_folder(write(tmp_path / "set", labels="landmarks_machine.npz", score=score))
+    assert [sample.path.name for sample in samples] == ["a_1.png"]
+    assert len(left_out) == 1
+    assert "b_1.png: the machine is not sure" in left_out[0]
+
+
+@pytest.mark.parametrize(
+    ("eye_px", "aside", "reason"),
+    [(LEAST_EYE_PX + 1, 0.0, ""), (LEAST_EYE_PX - 1, 0.0, "px apart"), (100.0, 0.4, "turned by 42 degrees")],
+)
+def test_a_machines_landmarks_of_small_or_turned_faces_are_not_learned_from(eye_px, aside, reason):
+    points = np.random.default_rng(0).uniform(0, 1, (68, 2))
+    points[[36, 45, 30]] = [[0, 0], [1, 0], [0.5 + aside, 0.4]]
+    by_hand = Sample("a.png", "a", points * eye_px, (300, 300))
+    by_machine = Sample("b.png", "b", points * eye_px, (300, 300), machine=True)
+    filled, left_out = completed([by_hand, by_machine])
+    assert filled == [by_hand, *([] if reason else [by_machine])]
+    assert len(left_out) == bool(reason)
+    assert all("b.png" in line and reason in line for line in left_out)
+    assert MOST_YAW_DEG < 42
+
+
+def test_a_machines_jaw_is_not_trusted_without_its_mesh(tmp_path):
     samples, _ = read_folder(write(tmp_path / "set", labels="landmarks_machine.npz"))
     assert samples[0].machine
     assert not samples[0].known[:17].any()
     assert samples[0].known[17:].all()
 
 
-def test_jaw_and_brows_of_the_same_person_are_borrowed(tmp_path):
-    turned = FACE @ np.array([[0, 1], [-1, 0]]) * 0.5 + [45, 0]
+def test_a_jaw_of_the_same_person_is_borrowed():
+    points = FACE * 10
+    points[[36, 45, 30]] = [[200, 200], [400, 200], [300, 300]]
+    turned = points @ np.array([[0, 1], [-1, 0]]) * 0.5 + [450, 0]
     smiling = turned + np.where(np.arange(68)[:, None] >= 48, [0, 3], 0)
-    write(tmp_path / "set", ("a_1.png",))
-    write(tmp_path / "set", ("a_2.png", "c_2.png"), "landmarks_x_machine.npz", "x", ibug68=np.stack([smiling] * 2))
-    neutral, _ = read_folder(tmp_path / "set")
-    others, _ = read_folder(tmp_path / "set" / "landmarks_x_machine.npz")
-    filled, left_out = completed(others + neutral)
-    assert [sample.path.name for sample in filled] == ["a_2.png", "a_1.png"]
+    seen = np.where(np.arange(68)[:, None] < 17, np.nan, smiling)
+    neutral = Sample("a_1.png", "set/a", points, (600, 600))
+    others = [Sample(f"{k}_2.png", f"set/{k}", seen, (600, 600), machine=True) for k in "ac"]
+    filled, left_out = completed([*others, neutral])
+    assert [sample.path for sample in filled] == ["a_2.png", "a_1.png"]
     assert filled[0].points_px == pytest.approx(smiling)
-    assert filled[0].guessed.tolist() == [True] * 27 + [False] * 41
+    assert filled[0].guessed.tolist() == [True] * 17 + [False] * 51
     assert not filled[1].guessed.any()
     assert len(left_out) == 1
     assert "c_2.png" in left_out[0]
@@ -98,6 +142,7 @@ def test_a_missing_or_broken_image_is_named(tmp_path):
     [
         ({"ibug68": None}, "has no ibug68"),
         ({"ibug68": np.zeros((2, 5, 2))}, r"\(2, 5, 2\)"),
+        ({"score": np.ones(3)}, r"score of shape \(3,\)"),
         ({"names": np.array(["a_1.png", "a_1.png"])}, "named twice"),
     ],
 )
@@ -155,6 +200,8 @@ def test_reads_the_shared_sets(shared):
     smiling, _ = read_folder(shared / "data" / "london" / "landmarks_smiling_machine.npz")
     assert len(london) == len(smiling) == 78
     assert {sample.person for sample in london} == {sample.person for sample in smiling}
+    free, unsure = read_folder(shared / "data" / "inter-faces-cc0")
+    assert (len(free), len(unsure)) == (64, 6)
     filled, left_out = completed(smiling + london)
     assert all(sample.known.all() for sample in filled)
     assert left_out == []

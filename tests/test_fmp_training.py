@@ -17,7 +17,6 @@ from limner.vision.landmarks.fmp.matching import Forest
 from limner.vision.landmarks.fmp.mining import is_right, mine, overlap
 from limner.vision.landmarks.fmp.model import FmpModel, pack_model, save_model
 from limner.vision.landmarks.fmp.positives import (
-    MIRROR,
     Pose,
     View,
     cells_to_points,
@@ -31,6 +30,7 @@ from limner.vision.landmarks.fmp.scenes import of_folder, of_samples, read_image
 from limner.vision.landmarks.fmp.train_settings import TrainSettings
 from limner.vision.landmarks.fmp.training import train
 from limner.vision.landmarks.fmp.turning import DEPTH, turn
+from limner.vision.landmarks.mirror import MIRROR
 
 TINY = TrainSettings(eye_cells=10, yaw_deg=0, tilt_deg=0, scene_px=160, textures=2, scenes=8, per_scene=4, patches=2000)
 
@@ -110,6 +110,15 @@ def test_reports_what_it_reached(trained):
         assert 0 <= item.solution.gap <= TINY.gap
     assert np.percentile(trained.face_scores, 5) > trained.model.threshold
     assert trained.model.meta["faces"] == {"made-up/images": 8}
+
+
+def test_the_learning_curve_falls(trained):
+    """More people: less error on people kept aside, who are never easier than those learned from."""
+    assert [item.people for item in trained.curve] == sorted({item.people for item in trained.curve})
+    first, last = trained.curve[0], trained.curve[-1]
+    assert last.unseen_percent <= first.unseen_percent
+    assert all(item.unseen_percent > 0.9 * item.seen_percent for item in trained.curve)
+    assert trained.model.meta["learning_curve"] == [item.to_dict() for item in trained.curve]
 
 
 def test_springs_keep_their_floor(trained):
@@ -344,3 +353,31 @@ def test_examples_hold_their_slack_for_one_place(trained, faces, scenes):
         assert seen.setdefault(key, group) == group
     assert len(set(seen.values())) == len(seen)
     assert isinstance(examples.model, FmpModel)
+
+
+def test_the_first_negatives_are_found_whatever_the_scale_and_level_of_the_scores(trained, faces, scenes):
+    """Faces at the edge of the first model may score far below 0, and scenes below those."""
+    shown = [face for sample in faces[:4] for face in show(sample, read_image(sample.path), [View()], 10, 4)]
+    weights = []
+    for shift, scale in ((0.0, 1.0), (-7.0, 1.0), (3.0, 50.0)):
+        parts = tuple(
+            dataclasses.replace(part, springs=part.springs * scale, bias=(part.bias + shift) * scale)
+            for part in trained.model.components
+        )
+        model = dataclasses.replace(trained.model, filters=trained.model.filters * scale, components=parts)
+        examples = Examples(model, shown, scenes, TINY)
+        first = examples.round(0)
+        assert first.new >= len(scenes) / 2
+        assert first.solution.converged
+        weights.append(examples.layout.pack(examples.model))
+    scores = np.array([examples.face_scores() for examples in (examples,)])
+    assert (scores > 0).all()
+    assert weights[1] == pytest.approx(weights[0], rel=1e-2, abs=1e-3)
+    assert weights[2] == pytest.approx(weights[0], rel=1e-2, abs=1e-3)
+
+
+def test_every_round_looks_through_other_scenes(trained, faces, scenes):
+    shown = show(faces[0], read_image(faces[0].path), [View()], 10, 4)
+    examples = Examples(trained.model, shown, scenes, TINY.replace(scenes=3))
+    looked = [examples._of_round(number) for number in range(3)]
+    assert looked == [[0, 1, 2], [3, 4, 5], [6, 7, 0]]

@@ -12,7 +12,8 @@ from limner.pipeline import Settings
 from limner.types import Face, Photo
 from limner.vision.landmarks import DETECTORS, DetectSettings, choose, detect, mediapipe, mesh, yunet
 from limner.vision.landmarks.mediapipe import MediapipeSettings
-from limner.vision.landmarks.mesh import MIRROR, Region, View
+from limner.vision.landmarks.mesh import Region, View
+from limner.vision.landmarks.mirror import MIRROR
 from limner.vision.photo import load_photo
 
 OUTER_EYES = [36, 45]

@@ -47,6 +47,9 @@ def fmp(
     landmarks_smiling_machine.npz, with the photos in smiling/, may be named instead. Everything in the photos but the
     faces teaches the model what is none, as do --scenes, made-up textures, and scikit-image's pictures if installed.
 
+    Machine-made landmarks (landmarks*_machine.npz) are taken from the face mesh (mp468) and checked: those of which
+    the mesh was not sure, of faces turned by more than 30 degrees, and of small ones are named and left out.
+
     What each round reached is kept beside FILE: the same command goes on where an interrupted one stopped.
     """
     settings = options.chosen_settings(ctx, TrainSettings, save_settings)
@@ -61,15 +64,18 @@ def fmp(
         trained = train_fmp(samples, pictures, settings, watch, state)
     save_model(trained.model, out)
     state.unlink(missing_ok=True)
-    rounds = [item.to_dict() for item in trained.rounds]
+    rounds, curve = ([item.to_dict() for item in items] for items in (trained.rounds, trained.curve))
     for line in trained.left_out:
         click.echo(f"left out: {line}", err=True)
     if as_json:
         report = {"out": [out], "faces": len(samples) - len(trained.left_out), "scenes": len(pictures)}
-        click.echo(json.dumps(report | {"threshold": trained.model.threshold, "rounds": rounds}))
+        click.echo(
+            json.dumps(report | {"threshold": trained.model.threshold, "rounds": rounds, "learning_curve": curve})
+        )
     else:
-        if rounds:
-            Console(stderr=True, highlight=False).print(learning_curve(rounds))
+        for title, rows in (("round", rounds), ("learning curve", curve)):
+            if rows:
+                Console(stderr=True, highlight=False).print(table(title, rows))
         click.echo(out, err=True)
 
 
@@ -84,14 +90,14 @@ def annotated(folders: tuple[str, ...], skip_bad: bool) -> list[Sample]:
     return samples
 
 
-def learning_curve(rounds: list[dict[str, Any]]) -> Table:
-    """What each round reached, a row each."""
-    flat = [figures | figures["solution"] for figures in rounds]
+def table(title: str, rows: list[dict[str, Any]]) -> Table:
+    """Figures by name, a line for each row."""
+    flat = [figures | figures.get("solution", {}) for figures in rows]
     names = [name for name, value in flat[0].items() if isinstance(value, int | float)]
-    table = Table("round", *names, title="training", title_justify="left")
+    lines = Table(title, *names, title_justify="left")
     for k, figures in enumerate(flat, 1):
-        table.add_row(str(k), *(f"{figures[name]:.6g}" for name in names))
-    return table
+        lines.add_row(str(k), *(f"{figures[name]:.6g}" for name in names))
+    return lines
 
 
 train.add_command(shape)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -166,10 +166,3 @@ def cross_validate(
         outcomes += evaluate_landmarks(f"fold {k + 1}", kept, with_model(model), watch).outcomes
     watch("fold", count, count, "")
     return LandmarkReport(f"{count}-fold cross-validation", tuple(outcomes))
-
-
-def false_alarms(pictures: Sequence[Scene], detect: Detect) -> Iterator[tuple[str, Face]]:
-    """Every detection in pictures that hold no face, with the picture's name."""
-    for picture in pictures:
-        for face in detect(Photo(picture.read())):
-            yield picture.name, face

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limner.types import Floats
+from limner.vision.landmarks.mirror import MIRROR
 
 POINTS = 468
 
@@ -136,16 +137,15 @@ def turn(angle_rad: float) -> Floats:
     return np.array([[cosine, -sine], [sine, cosine]])
 
 
-def _table() -> tuple[NDArray[np.int64], Floats, NDArray[np.int64]]:
-    vertices, shares, mirror = np.zeros((68, 2), np.int64), np.zeros((68, 1)), np.zeros(68, np.int64)
+def _table() -> tuple[NDArray[np.int64], Floats]:
+    vertices, shares = np.zeros((68, 2), np.int64), np.zeros((68, 1))
     for left, right, a, b, mirrored_a, mirrored_b, share in _PAIRS:
         vertices[left], vertices[right] = (a, b), (mirrored_a, mirrored_b)
         shares[left] = shares[right] = share
-        mirror[left], mirror[right] = right, left
-    return vertices, shares, mirror
+    return vertices, shares
 
 
-_VERTICES, _SHARES, MIRROR = _table()
+_VERTICES, _SHARES = _table()
 
 
 def landmarks(mesh: Floats) -> Floats:

@@ -11,9 +11,9 @@ import numpy as np
 from limner.settings import SettingsGroup, setting
 from limner.storage import read_bytes
 from limner.types import Face, Floats, Photo
+from limner.vision.landmarks.mirror import MIRROR
 from limner.vision.refine.descent import Descent, Pictures, unpacked
 from limner.vision.refine.ground import Grey, grey_face, put_back
-from limner.vision.refine.shape import MIRROR
 
 _ZOOMS, _SHIFTS = (1.06, 0.94), (0.03, -0.03)
 """Where the two passes begin: larger and lower, smaller and higher than the landmarks [outer-eye distances]."""

@@ -16,10 +16,11 @@ from limner.settings import SettingsGroup, setting
 from limner.types import Face, Floats, Photo
 from limner.vision.landmarks.fmp.dataset import Sample
 from limner.vision.landmarks.fmp.scenes import read_image
+from limner.vision.landmarks.mirror import MIRROR
 from limner.vision.raster import Image
 from limner.vision.refine.descent import LOOKS, Descent, Look, Pictures, Step, after_step, view
 from limner.vision.refine.ground import grey_face
-from limner.vision.refine.shape import MIRROR, inverse, moved, similarity, train_shape
+from limner.vision.refine.shape import inverse, moved, similarity, train_shape
 
 Random = np.random.Generator
 Watch = Callable[[str, int, int, str], None]

@@ -14,19 +14,8 @@ from limner.errors import BadInput
 from limner.settings import SettingsGroup, setting
 from limner.storage import pack_npz, read_bytes, unpack_npz, write_whole
 from limner.types import Face, Floats, Photo, Value, frozen_array
+from limner.vision.landmarks.mirror import MIRROR
 from limner.vision.refine.ground import with_points
-
-MIRROR = np.array(
-    [
-        *range(16, -1, -1),
-        *range(26, 16, -1),
-        *(27, 28, 29, 30, 35, 34, 33, 32, 31),
-        *(45, 44, 43, 42, 47, 46, 39, 38, 37, 36, 41, 40),
-        *(54, 53, 52, 51, 50, 49, 48, 59, 58, 57, 56, 55),
-        *(64, 63, 62, 61, 60, 67, 66, 65),
-    ]
-)
-"""Which landmark of a face is each landmark of its mirror image."""
 
 _ROUNDS = 10
 

@@ -16,6 +16,7 @@ from limner.settings import SettingsGroup, write_toml
 from limner.storage import pack_npz, read_bytes, unpack_npz, write_whole
 from limner.types import Floats
 from limner.vision.landmarks.fmp.examples import Examples, Placed, Round
+from limner.vision.landmarks.fmp.learning import Learned
 from limner.vision.landmarks.fmp.model import FmpModel, pack_model, unpack_model
 from limner.vision.landmarks.fmp.solver import Report
 
@@ -31,6 +32,7 @@ class State:
         groups: which slack each shares.
         alpha: their dual variables.
         rounds: that were run.
+        curve: how well models of ever more people do.
     """
 
     model: FmpModel
@@ -39,6 +41,7 @@ class State:
     groups: tuple[int, ...]
     alpha: Floats
     rounds: tuple[Round, ...]
+    curve: tuple[Learned, ...]
 
 
 def ticket(settings: SettingsGroup, names: Sequence[str]) -> str:
@@ -46,7 +49,7 @@ def ticket(settings: SettingsGroup, names: Sequence[str]) -> str:
     return hashlib.sha256("\n".join([write_toml(settings), *names]).encode()).hexdigest()
 
 
-def save(examples: Examples, rounds: Sequence[Round], path: Path, owner: str) -> None:
+def save(examples: Examples, rounds: Sequence[Round], curve: Sequence[Learned], path: Path, owner: str) -> None:
     """Write the state after a round.
 
     Raises:
@@ -62,6 +65,7 @@ def save(examples: Examples, rounds: Sequence[Round], path: Path, owner: str) ->
         "groups": np.array(examples.problem.groups, np.int64),
         "alpha": examples.problem.alpha,
         "rounds": np.array(json.dumps([dataclasses.asdict(item) for item in rounds])),
+        "curve": np.array(json.dumps([item.to_dict() for item in curve])),
     }
     write_whole(path, pack_npz(arrays))
 
@@ -82,4 +86,5 @@ def load(path: Path, owner: str) -> State:
     ]
     model = unpack_model(arrays["model"].tobytes(), str(path))
     groups = tuple(int(group) for group in arrays["groups"])
-    return State(model, arrays["start"], tuple(placed), groups, arrays["alpha"], tuple(rounds))
+    curve = tuple(Learned(**item) for item in json.loads(str(arrays["curve"])))
+    return State(model, arrays["start"], tuple(placed), groups, arrays["alpha"], tuple(rounds), curve)

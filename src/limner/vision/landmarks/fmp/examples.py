@@ -101,10 +101,12 @@ class Examples:
     def round(self, number: int) -> Round:
         """Place the faces, gather negatives, solve; the first round also sets the scale on which margins are 1."""
         placed = [self._best(face) for face in self.faces]
-        right = float(np.percentile([score for score, _ in placed], _FACES_BELOW))
-        found = self._gather(FLOOR if number else -abs(right))
         if number == 0:
-            found = self._calibrate(right, found)
+            right, middle = np.percentile([score for score, _ in placed], (_FACES_BELOW, 50)).tolist()
+            spread = max(middle - right, abs(right) / 10, 1e-9)
+            found = self._calibrate(right, spread, self._first(right, spread))
+        else:
+            found = self._gather(FLOOR, number)
         self._put_faces([place for _, place in placed])
         hard = found if number == 0 else [item for item in found if item[1].found.score >= -1]
         for scene, negative in hard:
@@ -143,26 +145,47 @@ class Examples:
         score, cells = place(component, self.model.filters, face, self.settings.overlap)
         return score, Placed(0, 0, face.pose, cells)
 
-    def _gather(self, floor: float) -> Found:
-        settings, found = self.settings, Found()
-        for k, scene in enumerate(self.scenes):
-            self.watch("negatives", k, len(self.scenes), f"{len(found)} found")
-            new = mine(scene, self.model, floor, settings.scene_px, settings.interval, settings.per_scene)
+    def _of_round(self, number: int) -> list[int]:
+        """The scenes that a round looks through: others than those before, as long as there are."""
+        count = min(self.settings.scenes, len(self.scenes))
+        return [(number * count + k) % len(self.scenes) for k in range(count)]
+
+    def _gather(self, floor: float, number: int) -> Found:
+        settings, found, scenes = self.settings, Found(), self._of_round(number)
+        for done, k in enumerate(scenes):
+            self.watch("negatives", done, len(scenes), f"{len(found)} found")
+            new = mine(self.scenes[k], self.model, floor, settings.scene_px, settings.interval, settings.per_scene)
             held = self.problem.megabytes + sum(negative.features.nbytes for _, negative in found) / 2**20
             if held > settings.memory_mb:
                 break
             found += [(k, negative) for negative in new]
-        self.watch("negatives", len(self.scenes), len(self.scenes), f"{len(found)} found")
+        self.watch("negatives", len(scenes), len(scenes), f"{len(found)} found")
         return found
 
-    def _calibrate(self, right: float, found: Found) -> Found:
+    def _first(self, right: float, spread: float) -> Found:
+        """What the first model, whose scores have any scale, takes for faces most: from the floor that finds enough."""
+        found = Found()
+        for steps in _FIRST_STEPS:
+            found = self._gather(right - steps * spread, 0)
+            if len({scene for scene, _ in found}) > len(self._of_round(0)) / 2:
+                break
+        return found
+
+    def _calibrate(self, right: float, spread: float, found: Found) -> Found:
         """Scale the first model so that all but a few of the faces score 1 and the most face-like negative -1.
+
+        Where these are too near to each other, or the wrong way round, the spread of the faces sets the scale.
+
+        Args:
+            right: score that all but a few of the faces reach.
+            spread: from there to the median face.
+            found: negatives.
 
         Returns:
             What was found, with the new scores.
         """
-        wrong = max((negative.found.score for _, negative in found), default=-abs(right))
-        scale = 2 / max(right - wrong, abs(right) / 10, 1e-9)
+        wrong = max((negative.found.score for _, negative in found), default=right - spread)
+        scale = 2 / max(right - wrong, spread / _SPREAD)
         components = tuple(
             dataclasses.replace(part, springs=part.springs * scale, bias=1 + (part.bias - right) * scale)
             for part in self.model.components
@@ -211,6 +234,12 @@ class Examples:
 
 _FACES_BELOW = 5
 """Percentage of the faces that may score below the margin of the first model."""
+
+_FIRST_STEPS = (1.5, 3, 6, 12, 24)
+"""Floors that the first search for negatives tries, below those faces, in their distances from the median face."""
+
+_SPREAD = 4
+"""The median face scores at most twice as much above the margin."""
 
 FLOOR = -2.0
 """Scenes are searched for what scores higher, to know how far what is no face stays below the margin."""

@@ -16,18 +16,10 @@ from limner.vision.landmarks.fmp.dataset import Sample, transform
 from limner.vision.landmarks.fmp.hog import hog
 from limner.vision.landmarks.fmp.pyramid import FILTER, PAD, padded, resize
 from limner.vision.landmarks.fmp.turning import turn
+from limner.vision.landmarks.mirror import MIRROR
 
 MARGIN_CELLS = 7
 """Picture around the outermost landmarks: room for half a filter and for parts that stray."""
-
-MIRROR = np.array(
-    [
-        *(*range(16, -1, -1), *range(26, 16, -1), *range(27, 31), *range(35, 30, -1)),
-        *(45, 44, 43, 42, 47, 46, 39, 38, 37, 36, 41, 40),
-        *(*range(54, 47, -1), *range(59, 54, -1), *range(64, 59, -1), 67, 66, 65),
-    ]
-)
-"""(68,) which iBUG landmark each becomes in a mirrored picture."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +54,7 @@ class Positive:
         sure: (68,) which landmarks are more than a guess.
         pose: which mixture it is for.
         name: of the photo.
+        person: who it is.
     """
 
     features: NDArray[np.float32]
@@ -69,6 +62,7 @@ class Positive:
     sure: NDArray[np.bool_]
     pose: int
     name: str
+    person: str
 
 
 def show(sample: Sample, image: NDArray[Any], views: Sequence[View], eye_cells: float, cell_px: int) -> list[Positive]:
@@ -94,7 +88,7 @@ def show(sample: Sample, image: NDArray[Any], views: Sequence[View], eye_cells: 
         features = padded(hog(picture, cell_px, np.float32))
         sure = ~(sample.guessed[MIRROR] if view.mirrored else sample.guessed)
         cells = points_to_cells(points, cell_px)
-        result.append(Positive(features, cells, sure, view.pose, sample.path.name))
+        result.append(Positive(features, cells, sure, view.pose, sample.path.name, sample.person))
     return result
 
 

@@ -88,7 +88,7 @@ def sample_pictures() -> list[Scene]:
 
 
 def textures(count: int, seed: int, size: int = 400) -> list[Scene]:
-    """``count`` made-up pictures: clouds, stripes, checks, blobs, polygons and scribbles."""
+    """``count`` made-up pictures: clouds, stripes, blobs, walls of panes, rings, signs and so on."""
 
     def reader(k: int) -> Callable[[], Picture]:
         return lambda: texture(k, np.random.default_rng([seed, k]), size)

@@ -81,9 +81,74 @@ def _scribbles(rng: Random, size: int) -> Picture:
     return picture
 
 
+def _ground(rng: Random, size: int) -> Picture:
+    """A plain ground lit from one side, or clouds."""
+    if rng.random() < 0.3:
+        return _clouds(rng, size)
+    y, x = np.mgrid[:size, :size][..., None] / size
+    ground: Picture = rng.uniform(40, 220, 3) + rng.uniform(-50, 50) * x + rng.uniform(-50, 50) * y
+    return ground
+
+
+def _panes(rng: Random, size: int) -> Picture:
+    """Rows of framed panes, some of them missing or of another size, as on walls, shelves and front plates."""
+    picture, colours = _ground(rng, size), [_colour(rng) for _ in range(3)]
+    counts, frame = rng.integers(2, 8, 2), int(rng.integers(1, 6))
+    pitch, share = size / counts, rng.uniform(0.25, 0.85, 2)
+    for place in np.ndindex(*counts):
+        if rng.random() < 0.15:
+            continue
+        low = (np.array(place) + 0.5) * pitch
+        half = pitch * share / 2 * (1 if rng.random() < 0.8 else rng.uniform(0.5, 1.5))
+        box = (*(low - half).astype(int).tolist(), *(2 * half).astype(int).tolist())
+        cv2.rectangle(picture, box, colours[0], -1)
+        cv2.rectangle(picture, box, colours[1], frame)
+        if share[0] > 0.5:
+            middle = (int(low[0]), int(low[1] - half[1])), (int(low[0]), int(low[1] + half[1]))
+            cv2.line(picture, *middle, colours[2], frame)
+    return picture
+
+
+def _rings(rng: Random, size: int) -> Picture:
+    """Rings and discs in pairs, above bars: knobs, lamps, wheels."""
+    picture = _ground(rng, size)
+    for _ in range(int(rng.integers(2, 12))):
+        radius, place, colour = rng.uniform(0.02, 0.15) * size, rng.uniform(0, size, 2), _colour(rng)
+        apart = np.array([rng.uniform(2, 5) * radius, 0])
+        for centre in (place, place + apart):
+            for share in rng.uniform(0.1, 1, int(rng.integers(1, 4))):
+                width = -1 if rng.random() < 0.3 else int(rng.integers(1, 6))
+                cv2.circle(picture, centre.astype(int).tolist(), int(share * radius) + 1, colour, width, cv2.LINE_AA)
+        drop = np.array([0, rng.uniform(1, 3) * radius])
+        ends = (place + drop).astype(int).tolist(), (place + drop + apart).astype(int).tolist()
+        cv2.line(picture, *ends, _colour(rng), int(rng.integers(1, 9)), cv2.LINE_AA)
+    return picture
+
+
+def _signs(rng: Random, size: int) -> Picture:
+    """Lines of signs, each of a few short strokes: a kind of writing."""
+    picture, ink, height = _ground(rng, size), _colour(rng), rng.uniform(0.03, 0.2) * size
+    width = max(1, int(height * rng.uniform(0.05, 0.2)))
+    for y in np.arange(0.3 * height, size, 1.5 * height):
+        for x in np.arange(0.2 * height, size, rng.uniform(0.7, 1) * height):
+            strokes = (rng.uniform(0, 1, (int(rng.integers(1, 4)), 3, 2)) * [0.6, 1] * height + (x, y)).astype(np.int32)
+            cv2.polylines(picture, list(strokes), rng.random() < 0.3, ink, width, cv2.LINE_AA)
+    return picture
+
+
 def _colour(rng: Random) -> tuple[float, ...]:
     return tuple(rng.uniform(0, 255, 3).tolist())
 
 
-KINDS: tuple[Callable[[Random, int], Picture], ...] = (_clouds, _stripes, _checks, _ellipses, _polygons, _scribbles)
+KINDS: tuple[Callable[[Random, int], Picture], ...] = (
+    _clouds,
+    _stripes,
+    _checks,
+    _ellipses,
+    _polygons,
+    _scribbles,
+    _panes,
+    _rings,
+    _signs,
+)
 """The kinds of pictures."""

@@ -13,14 +13,14 @@ class TrainSettings(SettingsGroup):
     """How a model is trained."""
 
     seed: int = setting(0, "Of everything random", low=0, high=2**31)
-    eye_cells: float = setting(20.0, "Distance of the outer eye corners in the template", unit="cells", low=3, high=60)
+    eye_cells: float = setting(14.0, "Distance of the outer eye corners in the template", unit="cells", low=3, high=60)
     cell_px: int = setting(4, "Side of a HOG cell", unit="px", low=2, high=16)
     interval: int = setting(4, "Sizes tried from one size to its half", low=1, high=20)
-    yaw_deg: float = setting(20.0, "Turn of the two turned mixtures; 0 for none", unit="deg", low=0, high=25)
-    tilt_deg: float = setting(14.0, "Tilt of the two tilted mixtures; 0 for none", unit="deg", low=0, high=45)
+    yaw_deg: float = setting(0.0, "Turn of the two turned mixtures; 0 for none", unit="deg", low=0, high=25)
+    tilt_deg: float = setting(0.0, "Tilt of the two tilted mixtures; 0 for none", unit="deg", low=0, high=45)
     yaw_reach_deg: float = setting(8.0, "Faces are shown turned by up to this more or less", unit="deg", low=0, high=15)
     tilt_reach_deg: float = setting(
-        7.0, "Faces are shown tilted by up to this more or less", unit="deg", low=0, high=30
+        11.0, "Faces are shown tilted by up to this more or less", unit="deg", low=0, high=30
     )
     zoom: float = setting(1.09, "Faces are shown larger or smaller by up to this factor", low=1, high=1.5)
     views: int = setting(1, "Random views of each face for each mixture, and as many mirrored", low=1, high=50)
@@ -36,8 +36,8 @@ class TrainSettings(SettingsGroup):
     patches: int = setting(
         20_000, "Patches of the scenes for the statistics of what is no face", low=100, high=1_000_000
     )
-    scenes: int = setting(80, "Scenes that are looked through, drawn from those there are", low=1, high=100_000)
-    textures: int = setting(60, "Made-up pictures among the scenes", low=0, high=10_000)
+    scenes: int = setting(70, "Scenes that a round looks through, drawn from those there are", low=1, high=100_000)
+    textures: int = setting(90, "Made-up pictures among the scenes", low=0, high=10_000)
     memory_mb: int = setting(2000, "Features held at once, at most", unit="MB", low=10, high=100_000)
     caution: float = setting(
         0.1, "Threshold: 0 = score of what is most like a face, 1 = score of all but 5 % of the faces", low=0, high=1

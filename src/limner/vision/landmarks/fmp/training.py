@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from limner.errors import BadInput
 from limner.types import Floats
 from limner.vision.landmarks.fmp import checkpoint, initial
-from limner.vision.landmarks.fmp.dataset import Sample, completed
+from limner.vision.landmarks.fmp.completion import completed
+from limner.vision.landmarks.fmp.dataset import Sample
 from limner.vision.landmarks.fmp.examples import FLOOR, Examples, Round, Watch, silent
 from limner.vision.landmarks.fmp.hog import CHANNELS
+from limner.vision.landmarks.fmp.learning import Learned, learning_curve
 from limner.vision.landmarks.fmp.mining import levels
 from limner.vision.landmarks.fmp.model import Component, FmpModel
 from limner.vision.landmarks.fmp.positives import Positive, show, views
@@ -32,14 +34,16 @@ class Trained:
     Attributes:
         model: ready to be saved.
         rounds: what each round reached.
+        curve: how well models of ever more of the people do on others.
         face_scores: of all views of the training faces.
         left_out: one line for each face that could not be used.
     """
 
     model: FmpModel
     rounds: tuple[Round, ...]
+    curve: tuple[Learned, ...]
     face_scores: Floats
-    left_out: tuple[str, ...]
+    left_out: Sequence[str]
 
 
 def train(
@@ -55,7 +59,8 @@ def train(
     placed, the scenes are searched for what is taken for a face, and all weights are solved for together.
 
     Args:
-        samples: faces with all 68 landmarks, or of people of whom another photo has them all (see ``completed``).
+        samples: faces with all 68 landmarks, or of people of whom another photo has them all; of those that a machine
+            annotated only the ones fit for it (see ``completed``).
         scenes: where there is no face but the marked ones.
         settings: how.
         watch: told of progress.
@@ -70,20 +75,27 @@ def train(
     names = [*(str(sample.path) for sample in samples), *(scene.name for scene in scenes)]
     ticket = checkpoint.ticket(settings, names)
     rng = np.random.default_rng(settings.seed)
-    scenes = [scenes[k] for k in np.sort(rng.permutation(len(scenes))[: settings.scenes])]
+    scenes = [scenes[k] for k in rng.permutation(len(scenes))[: settings.scenes * max(settings.rounds, 1)]]
     faces = show_all(samples, settings, rng, watch)
     rounds: list[Round] = []
     if state and state.is_file():
         saved = checkpoint.load(state, ticket)
-        examples, rounds = Examples(saved.model, faces, scenes, settings, watch), list(saved.rounds)
+        rounds, curve = list(saved.rounds), saved.curve
+        examples = Examples(saved.model, faces, scenes, settings, watch)
         examples.restore(saved.start, saved.placed, saved.groups, saved.alpha)
     else:
-        examples = Examples(first_model(faces, scenes, settings, rng, watch), faces, scenes, settings, watch)
+        background = initial.Background.of(_maps(scenes[: settings.scenes], settings, watch), settings.patches, rng)
+        curve = learning_curve(faces, settings.stiffness, background, rng)
+        examples = Examples(first_model(faces, background, settings), faces, scenes, settings, watch)
     while len(rounds) < settings.rounds:
         rounds.append(examples.round(len(rounds)))
         if state:
-            checkpoint.save(examples, rounds, state, ticket)
-    return _finished(examples, rounds, samples, left_out)
+            checkpoint.save(examples, rounds, curve, state, ticket)
+    scores = examples.face_scores()
+    meta = {"faces": dict(Counter(_source(sample) for sample in samples)), "settings": settings.to_dict()}
+    meta |= {"rounds": [item.to_dict() for item in rounds], "learning_curve": [item.to_dict() for item in curve]}
+    model = dataclasses.replace(examples.model, threshold=_threshold(scores, rounds, settings), name="fmp", meta=meta)
+    return Trained(model, tuple(rounds), curve, scores, left_out)
 
 
 def show_all(
@@ -99,11 +111,8 @@ def show_all(
     return faces
 
 
-def first_model(
-    faces: Sequence[Positive], scenes: Sequence[Scene], settings: TrainSettings, rng: np.random.Generator, watch: Watch
-) -> FmpModel:
+def first_model(faces: Sequence[Positive], background: initial.Background, settings: TrainSettings) -> FmpModel:
     """Trees, filters and springs from the statistics of each pose; its scores are log odds, in a unit that suits."""
-    background = initial.Background.of(_maps(scenes, settings, watch), settings.patches, rng)
     filters: list[Floats] = []
     components: list[Component] = []
     for k, pose in enumerate(settings.poses):
@@ -126,15 +135,12 @@ def _maps(scenes: Sequence[Scene], settings: TrainSettings, watch: Watch) -> lis
     return maps
 
 
-def _finished(
-    examples: Examples, rounds: Sequence[Round], samples: Sequence[Sample], left_out: Sequence[str]
-) -> Trained:
-    """The model, with its threshold between the scores of the negatives and of the faces."""
-    scores, settings = examples.face_scores(), examples.settings
-    faces, worst = float(np.percentile(scores, 5)), rounds[-1].worst
+def _source(sample: Sample) -> str:
+    return f"{sample.path.parent.parent.name}/{sample.path.parent.name}"
+
+
+def _threshold(face_scores: Floats, rounds: Sequence[Round], settings: TrainSettings) -> float:
+    """Between the scores of the faces and of what was most like one in the last round, whose scenes were new."""
+    faces, worst = float(np.percentile(face_scores, 5)), rounds[-1].worst
     worst = min(faces, FLOOR if worst is None else worst)
-    threshold = worst + settings.caution * (faces - worst)
-    sources = Counter(f"{sample.path.parent.parent.name}/{sample.path.parent.name}" for sample in samples)
-    meta = {"faces": dict(sources), "settings": settings.to_dict(), "rounds": [item.to_dict() for item in rounds]}
-    model = dataclasses.replace(examples.model, threshold=threshold, name="fmp", meta=meta)
-    return Trained(model, tuple(rounds), scores, tuple(left_out))
+    return worst + settings.caution * (faces - worst)
