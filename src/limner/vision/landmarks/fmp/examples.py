@@ -106,7 +106,7 @@ class Examples:
             spread = max(middle - right, abs(right) / 10, 1e-9)
             found = self._calibrate(right, spread, self._first(right, spread))
         else:
-            found = self._gather(FLOOR, number)
+            found = self._gather(FLOOR, self._of_round(number))
         self._put_faces([place for _, place in placed])
         hard = found if number == 0 else [item for item in found if item[1].found.score >= -1]
         for scene, negative in hard:
@@ -150,8 +150,8 @@ class Examples:
         count = min(self.settings.scenes, len(self.scenes))
         return [(number * count + k) % len(self.scenes) for k in range(count)]
 
-    def _gather(self, floor: float, number: int) -> Found:
-        settings, found, scenes = self.settings, Found(), self._of_round(number)
+    def _gather(self, floor: float, scenes: Sequence[int]) -> Found:
+        settings, found = self.settings, Found()
         for done, k in enumerate(scenes):
             self.watch("negatives", done, len(scenes), f"{len(found)} found")
             new = mine(self.scenes[k], self.model, floor, settings.scene_px, settings.interval, settings.per_scene)
@@ -164,12 +164,12 @@ class Examples:
 
     def _first(self, right: float, spread: float) -> Found:
         """What the first model, whose scores have any scale, takes for faces most: from the floor that finds enough."""
-        found = Found()
+        some, floor = self._of_round(0)[::_PROBED], right
         for steps in _FIRST_STEPS:
-            found = self._gather(right - steps * spread, 0)
-            if len({scene for scene, _ in found}) > len(self._of_round(0)) / 2:
+            floor = right - steps * spread
+            if len({scene for scene, _ in self._gather(floor, some)}) > len(some) / 2:
                 break
-        return found
+        return self._gather(floor, self._of_round(0))
 
     def _calibrate(self, right: float, spread: float, found: Found) -> Found:
         """Scale the first model so that all but a few of the faces score 1 and the most face-like negative -1.
@@ -237,6 +237,9 @@ _FACES_BELOW = 5
 
 _FIRST_STEPS = (1.5, 3, 6, 12, 24)
 """Floors that the first search for negatives tries, below those faces, in their distances from the median face."""
+
+_PROBED = 8
+"""One scene of so many is searched to choose that floor."""
 
 _SPREAD = 4
 """The median face scores at most twice as much above the margin."""

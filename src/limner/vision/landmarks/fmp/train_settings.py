@@ -40,7 +40,7 @@ class TrainSettings(SettingsGroup):
     textures: int = setting(90, "Made-up pictures among the scenes", low=0, high=10_000)
     memory_mb: int = setting(2000, "Features held at once, at most", unit="MB", low=10, high=100_000)
     caution: float = setting(
-        0.1, "Threshold: 0 = score of what is most like a face, 1 = score of all but 5 % of the faces", low=0, high=1
+        0.4, "Threshold: 0 = score of what is most like a face, 1 = score of all but 5 % of the faces", low=0, high=1
     )
 
     @property
