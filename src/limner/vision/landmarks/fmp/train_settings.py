@@ -30,14 +30,14 @@ class TrainSettings(SettingsGroup):
     cost: float = setting(0.002, "C, of a margin that is missed", low=1e-8, high=1e4)
     positive_weight: float = setting(2.0, "Times C for a face", low=0.01, high=100)
     gap: float = setting(0.02, "Relative duality gap at which a solution will do", low=1e-6, high=0.5)
-    rounds: int = setting(2, "Times that hard negatives are gathered and all weights solved for", low=1, high=50)
+    rounds: int = setting(3, "Times that hard negatives are gathered and all weights solved for", low=1, high=50)
     per_scene: int = setting(10, "Hard negatives from one scene in a round, at most", low=1, high=1000)
     scene_px: int = setting(360, "Longer side of a scene", unit="px", low=64, high=4000)
     patches: int = setting(
         20_000, "Patches of the scenes for the statistics of what is no face", low=100, high=1_000_000
     )
-    scenes: int = setting(70, "Scenes that a round looks through, drawn from those there are", low=1, high=100_000)
-    textures: int = setting(90, "Made-up pictures among the scenes", low=0, high=10_000)
+    scenes: int = setting(130, "Scenes that a round looks through, drawn from those there are", low=1, high=100_000)
+    textures: int = setting(126, "Made-up pictures among the scenes", low=0, high=10_000)
     memory_mb: int = setting(2000, "Features held at once, at most", unit="MB", low=10, high=100_000)
     caution: float = setting(
         0.4, "Threshold: 0 = score of what is most like a face, 1 = score of all but 5 % of the faces", low=0, high=1
