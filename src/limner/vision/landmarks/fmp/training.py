@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +93,10 @@ def train(
         if state:
             checkpoint.save(examples, rounds, curve, state, ticket)
     scores = examples.face_scores()
-    meta = {"faces": dict(Counter(_source(sample) for sample in samples)), "settings": settings.to_dict()}
+    meta: dict[str, Any] = {
+        "faces": dict(Counter(_source(sample) for sample in samples)),
+        "settings": settings.to_dict(),
+    }
     meta |= {"rounds": [item.to_dict() for item in rounds], "learning_curve": [item.to_dict() for item in curve]}
     model = dataclasses.replace(examples.model, threshold=_threshold(scores, rounds, settings), name="fmp", meta=meta)
     return Trained(model, tuple(rounds), curve, scores, left_out)
