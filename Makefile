@@ -48,6 +48,7 @@ lint: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	@$(BIN)/limner evaluate speed $(if $(MODELS),--models $(MODELS))
+	@$(BIN)/limner evaluate strokes
 
 clean:
 	rm -rf build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

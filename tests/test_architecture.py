@@ -13,7 +13,7 @@ SRC = Path(__file__).parents[1] / "src" / "limner"
 FILES = sorted(SRC.rglob("*.py"))
 
 # What each part may import, beside itself. `base` is the ground that everybody stands on.
-BASE = {"errors", "settings", "types", "stages", "storage", "units", "geometry", "transforms"}
+BASE = {"errors", "settings", "types", "stages", "storage", "units", "geometry", "bezier", "transforms"}
 ALLOWED = {
     "errors": set(),
     "settings": {"errors"},
@@ -22,6 +22,7 @@ ALLOWED = {
     "storage": {"errors", "types"},
     "units": {"errors", "types"},
     "geometry": {"errors", "types"},
+    "bezier": {"types", "geometry"},
     "transforms": {"types"},
     "vision": BASE,
     "drawing": BASE,

@@ -12,8 +12,8 @@ from limner.drawing.clean import CleanSettings, clean
 from limner.drawing.join import chains, near_pairs
 from limner.errors import NothingToDraw
 
-KEEP_ALL = CleanSettings(join_mm=0, min_length_mm=0, tolerance_mm=0)
-SOME = st.builds(CleanSettings, st.floats(0, 2), st.floats(0, 2), st.floats(0, 0.5))
+KEEP_ALL = CleanSettings(join_mm=0, min_length_mm=0, double_pens=0, tolerance_mm=0)
+SOME = st.builds(CleanSettings, st.floats(0, 2), st.floats(0, 2), st.just(0.0), st.floats(0, 0.5))
 
 
 def cleaned(drawing, how):
@@ -85,13 +85,15 @@ def test_the_same_drawing_is_cleaned_the_same(drawing, how):
 @given(drawings())
 def test_joining_alone_moves_no_ink(drawing):
     """With a reach below the grid of the places only ends that touch are joined."""
-    result = clean(drawing, CleanSettings(join_mm=1e-6, min_length_mm=0, tolerance_mm=0))
+    result = clean(drawing, CleanSettings(join_mm=1e-6, min_length_mm=0, double_pens=0, tolerance_mm=0))
     for a, b in ((drawing.lines_mm, result.lines_mm), (result.lines_mm, drawing.lines_mm)):
         assert all(distances(geometry.resample(line, 0.5), b).max() < 1e-5 for line in a)
 
 
 def joined(*lines, regions=None, reach=0.8):
-    return clean(of(*lines, regions=regions), CleanSettings(join_mm=reach, min_length_mm=0, tolerance_mm=0))
+    return clean(
+        of(*lines, regions=regions), CleanSettings(join_mm=reach, min_length_mm=0, double_pens=0, tolerance_mm=0)
+    )
 
 
 def test_pieces_of_one_line_become_one():
@@ -159,3 +161,46 @@ def test_every_line_is_in_one_chain(drawing, reach):
     assert sorted(i for chain, _ in found for i, _ in chain) == list(range(len(drawing.lines_mm)))
     for chain, _ in found:
         assert len({drawing.region[i] for i, _ in chain}) == 1
+
+
+DOUBLES = KEEP_ALL.replace(double_pens=1.0)
+
+
+@settings(max_examples=50)
+@given(drawings(), st.sampled_from([0.5, 2.0]))
+def test_what_is_left_out_as_double_has_ink_beside_it(drawing, pens):
+    result = clean(drawing, KEEP_ALL.replace(double_pens=pens))
+    for line in result.lines_mm:
+        assert distances(geometry.resample(line, 0.2), drawing.lines_mm).max() < 1e-6
+    for line in drawing.lines_mm:
+        assert distances(geometry.resample(line, 0.2), result.lines_mm).max() <= pens * drawing.pen.width_mm * 1.2
+    assert result.weight.sum() <= drawing.weight.sum() + 1e-6
+
+
+def arc(height, start=0.0, end=60.0):
+    x = np.linspace(start, end, 90)
+    return np.stack([x, 50 + height + 5 * np.sin(x / 15)], axis=1)
+
+
+def test_of_two_lines_closer_than_the_pen_the_heavier_stays():
+    result = clean(of(arc(0.3), arc(0), weights=[1, 2]), DOUBLES)
+    assert len(result.lines_mm) == 1
+    assert result.weight.tolist() == [2]
+    assert (result.lines_mm[0] == arc(0)).all()
+
+
+def test_lines_a_little_wider_apart_and_lines_that_cross_both_stay():
+    apart = of(arc(0), arc(0.7))
+    assert clean(apart, DOUBLES) == apart
+    crossing = of([[0, 0], [40, 2]], [[0, 2], [40, 0]], [[20, -9], [20, 9]])
+    assert geometry.total_length(clean(crossing, DOUBLES).lines_mm) > 0.8 * geometry.total_length(crossing.lines_mm)
+    across = of([[0, 0], [40, 20]], [[0, 20], [40, 0]])
+    assert clean(across, DOUBLES) == across
+
+
+def test_only_the_part_that_runs_beside_is_left_out():
+    bent = np.concatenate([arc(0.2, 20, 60), [[60, 90]]])
+    result = clean(of(arc(0), bent, weights=[20, 10]), DOUBLES)
+    assert len(result.lines_mm) == 2
+    assert geometry.length(result.lines_mm[1]) == pytest.approx(90 - bent[-2, 1], abs=1.5)
+    assert result.weight[1] == pytest.approx(10 * geometry.length(result.lines_mm[1]) / geometry.length(bent), rel=0.05)

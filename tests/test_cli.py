@@ -77,6 +77,7 @@ def test_draw_writes_what_was_asked_for(run, photo, tmp_path):
     report = json.loads(ran.out)
     assert set(report) == {
         "faces", "face", "style", "strokes", "points", "ink_mm", "travel_mm", "lifts", "likeness", "photo_notes",
+        "draw_s",
         "page_from_photo", "seconds", "settings", "out",
     }  # fmt: skip
     assert report["faces"] == 1

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import assume, given, strategies as st
 from hypothesis.extra.numpy import arrays
 
-from limner.drawing.compose import ComposeSettings, compose, page_from_photo
+from drawings import drawings
+from limner.drawing.compose import ComposeSettings, compose, fill_page, grown, page_from_photo
 from limner.errors import BadInput, CannotDraw, NothingToDraw
 from limner.types import Page, Pen, Strokes
 
@@ -111,3 +112,31 @@ def test_absurdly_far_points_are_refused(far):
 
 def test_a_photo_of_no_size_is_still_placed():
     assert compose(strokes(np.array([[3.0, 4]]), size=(0, 0)), Page(), ComposeSettings()).points == 1
+
+
+@given(drawings(least=1), st.sampled_from([None, 60.0]))
+def test_what_was_chosen_fills_the_page_again(drawing, max_width):
+    settings = ComposeSettings(max_width_mm=max_width)
+    filling, growth = fill_page(drawing, settings)
+    scale = growth[0, 0]
+    for line, before in zip(filling.lines_mm, drawing.lines_mm, strict=True):
+        assert line == pytest.approx(before * scale + growth[:, 2])
+    if filling == drawing:
+        assert (growth == np.eye(2, 3)).all()
+        return
+    assert 1.02 <= scale <= 2
+    points = np.concatenate(filling.lines_mm)
+    inset = drawing.page.margin_mm + drawing.pen.width_mm / 2
+    sides = np.array([drawing.page.width_mm, drawing.page.height_mm])
+    assert (points >= inset - 1e-6).all()
+    assert (points <= sides - inset + 1e-6).all()
+    assert points.min(axis=0) + points.max(axis=0) == pytest.approx(sides)
+
+
+def test_the_map_from_the_photo_grows_with_the_drawing():
+    page = Page()
+    affine, growth = np.array([[0.5, 0, 7], [0, 0.5, 9]]), np.array([[1.5, 0, -3], [0, 1.5, 4.0]])
+    x, y = affine[:, :2] @ [20, 30] + affine[:, 2]
+    expected = growth[:, :2] @ [x, page.height_mm - y] + growth[:, 2]
+    got = grown(affine, growth, page) @ [20, 30, 1]
+    assert [got[0], page.height_mm - got[1]] == pytest.approx(expected.tolist())

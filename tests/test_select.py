@@ -9,7 +9,11 @@ from hypothesis import given, strategies as st
 from drawings import drawings, of
 from limner import geometry
 from limner.drawing.coarsen import coarsenings, drop_errors
-from limner.drawing.select import SelectSettings, select
+from limner.drawing.coverage import Coverage
+from limner.drawing.measure import measure
+from limner.drawing.select import CostModel, SelectSettings, TimeLimit, select
+from limner.drawing.within import Clock, within_time
+from limner.errors import CannotDraw
 
 BUDGETS = st.integers(2, 60)
 
@@ -139,3 +143,120 @@ def test_versions_grow_in_points_and_value_ever_more_slowly(drawing, coarsest, s
         assert (np.diff(sizes) > 0).all()
         gains = np.diff(values, prepend=0) / np.diff(sizes, prepend=0)
         assert (np.diff(gains) <= 1e-12).all()
+
+
+MODEL = CostModel(stroke_s=1.0, point_s=0.1, ink_s_per_mm=0.02, travel_s_per_mm=0.01)
+
+
+def seconds(drawing, model=MODEL):
+    """By the model, but with the travel that is really there."""
+    told = measure(drawing)
+    ink, travel = model.ink_s_per_mm * told.ink_mm, model.travel_s_per_mm * told.travel_mm
+    return model.stroke_s * told.strokes + model.point_s * told.points + ink + travel
+
+
+@given(drawings(), st.floats(0.5, 20), st.none() | BUDGETS)
+def test_the_limit_of_time_is_a_hard_bound_too(drawing, limit, points):
+    without_travel = CostModel(1.0, 0.1, 0.02)
+    chosen = select(drawing, SelectSettings(points=points), TimeLimit(limit, without_travel))
+    assert seconds(chosen, without_travel) <= limit + 1e-6
+    assert points is None or chosen.points <= points
+
+
+@given(drawings(), st.floats(0.5, 20))
+def test_more_time_never_loses_weight(drawing, limit):
+    some, more = (select(drawing, SelectSettings(), TimeLimit(time, MODEL)) for time in (limit, 1.2 * limit))
+    assert more.weight.sum() >= some.weight.sum() - 1e-9
+
+
+@given(drawings(least=1), st.floats(0.05, 1))
+def test_minutes_are_never_exceeded(drawing, share):
+    limit = share * seconds(drawing)
+    clock = Clock(seconds, MODEL, "plotter")
+    try:
+        chosen, _ = within_time(drawing, SelectSettings(minutes=max(limit / 60, 0.01)), clock, lambda d: (d, None))
+    except CannotDraw:
+        return
+    assert seconds(chosen) <= max(limit, 0.6) + 1e-6
+
+
+def test_minutes_are_used():
+    rng = np.random.default_rng(1)
+    drawing = of(
+        *(wave(x, 30) + np.array([0, rng.uniform(-90, 90)]) for x in rng.uniform(0, 100, 200)), weights=range(200)
+    )
+    clock = Clock(seconds, MODEL, "plotter")
+    for minutes in (0.5, 2, 5):
+        chosen, _ = within_time(drawing, SelectSettings(minutes=minutes), clock, lambda d: (d, None))
+        assert 0.97 <= seconds(chosen) / 60 / minutes <= 1
+
+
+def test_what_cannot_be_drawn_in_time_says_so():
+    clock = Clock(lambda d: 600.0 * len(d.lines_mm), CostModel(600.0), "tortoise")
+    with pytest.raises(CannotDraw, match="tortoise draws no stroke in 5 min"):
+        within_time(of(wave(0)), SelectSettings(minutes=5), clock, lambda d: (d, None))
+
+
+@given(drawings(least=1), st.randoms(use_true_random=False))
+def test_the_worth_of_ink_grows_ever_more_slowly(drawing, random):
+    """Monotone and submodular: what a stroke adds is never less than nothing and never more than it was before."""
+    coverage = Coverage(drawing, 2.0)
+    gains = [coverage.gain(i) for i in range(len(drawing.lines_mm))]
+    total = 0.0
+    for i in random.sample(range(len(gains)), len(gains)):
+        now = [coverage.gain(k) for k in range(len(gains))]
+        assert all(0 <= new <= old + 1e-9 * (1 + old) for new, old in zip(now, gains, strict=True))
+        gains = now
+        total += now[i]
+        coverage.take(i)
+        assert coverage.worth() == pytest.approx(total)
+
+
+def test_a_lone_stroke_is_worth_its_weight_and_a_double_of_it_a_third():
+    coverage = Coverage(of(wave(0), wave(0), wave(60), weights=[6, 6, 3]), 2.0)
+    assert coverage.gain(0) == pytest.approx(6)
+    assert coverage.gain(2) == pytest.approx(3)
+    coverage.take(0)
+    assert coverage.gain(1) == pytest.approx(6 / np.e)
+    assert coverage.gain(2) == pytest.approx(3)
+
+
+def test_what_is_not_there_yet_goes_before_a_second_line_beside_the_first():
+    drawing = of(wave(0), wave(0) + np.array([0, 0.3]), wave(60), weights=[10, 9, 6])
+    lines = select(drawing, SelectSettings(points=drawing.points * 2 // 3, coarsest=0)).lines_mm
+    assert {float(line[0, 0]) for line in lines if len(line) > 40} == {0.0, 60.0}
+
+
+def test_the_choice_keeps_its_bound():
+    """What is taken and the first that did not fit are worth at least 1 - 1/e of the best choice, and mostly all."""
+    rng = np.random.default_rng(2)
+    shares = []
+    for _ in range(30):
+        starts = rng.uniform(0, 20, (9, 2))
+        sizes = rng.integers(3, 9, 9).tolist()
+        lines = [wave(0, n, 1.0) * [0.3, 1] + start for n, start in zip(sizes, starts, strict=True)]
+        drawing = of(*lines, weights=rng.uniform(1, 5, 9))
+        budget = 20
+        chosen = select(drawing, SelectSettings(points=budget, coarsest=0, lift_points=0, nearness=0.1))
+        cell = 0.1 * float(np.ptp(np.concatenate(lines), axis=0).max())
+        whole = [i for i, line in enumerate(lines) if any(np.array_equal(line, other) for other in chosen.lines_mm)]
+        best = max(worth(drawing, cell, some) for some in fitting(lines, budget))
+        cut = [i for i in range(9) if i not in whole]
+        with_next = max(worth(drawing, cell, [*whole, i]) for i in cut)
+        assert with_next >= (1 - np.exp(-1)) * best
+        shares.append(worth(drawing, cell, whole) / best)
+    assert np.mean(shares) > 0.8
+
+
+def worth(drawing, cell, some):
+    coverage = Coverage(drawing, cell)
+    for i in some:
+        coverage.take(i)
+    return coverage.worth()
+
+
+def fitting(lines, budget):
+    sizes = [len(line) for line in lines]
+    for taken in itertools.product([0, 1], repeat=len(lines)):
+        if np.dot(taken, sizes) <= budget:
+            yield np.flatnonzero(taken).tolist()

@@ -8,13 +8,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from drawings import drawings, of, segments
 from limner import geometry
 from limner.errors import BadInput
 from limner.targets import svg_guard, svg_read
-from limner.targets.svg import ABOUT_NAMESPACE, to_svg
+from limner.targets.svg import ABOUT_NAMESPACE, SvgSettings, to_svg
 from limner.targets.svg_read import TOLERANCE_MM, read_about, read_svg
 from limner.types import Drawing, Page, Pen
 
@@ -29,6 +29,34 @@ def foreign(body, head=A5):
 def down(drawing):
     """The lines as they stand in the SVG, y down."""
     return [line * [1, -1] + [0, drawing.page.height_mm] for line in drawing.lines_mm]
+
+
+def farthest(points, line):
+    ends = line if len(line) > 1 else np.repeat(line, 2, axis=0)
+    return np.min([geometry.distance_to_segments(points, a, b) for a, b in itertools.pairwise(ends)], axis=0).max()
+
+
+@settings(max_examples=25)
+@given(drawings(), st.sampled_from([0.05, 0.15, 1.0]))
+def test_as_curves_it_comes_back_within_the_tolerance(drawing, tolerance):
+    back = read_svg(to_svg(drawing, how=SvgSettings(curves=True, tolerance_mm=tolerance)))
+    assert back.region == drawing.region
+    for got, line in zip(back.lines_mm, drawing.lines_mm, strict=True):
+        assert farthest(geometry.resample(line, 0.1), got) <= tolerance + TOLERANCE_MM + 0.002
+        assert farthest(geometry.resample(got, 0.1), line) <= tolerance + TOLERANCE_MM + 0.002
+
+
+def test_a_circle_is_written_as_curves_and_a_square_as_lines():
+    t = np.linspace(0, 2 * np.pi, 90)
+    ring = np.stack([50 + 20 * np.cos(t), 60 + 20 * np.sin(t)], axis=1)
+    ring[-1] = ring[0]
+    text = to_svg(of(ring, [[0, 0], [9, 0], [9, 9], [0, 9], [0, 0]]), how=SvgSettings(curves=True)).decode()
+    circle, square = re.findall(r'<path d="([^"]*)"', text)
+    assert 2 <= circle.count("C") <= 5
+    assert " L " not in circle
+    assert "C" not in square
+    assert circle.endswith("Z")
+    assert square.endswith("Z")
 
 
 @given(drawings())

@@ -104,6 +104,30 @@ def test_a_cross_is_two_straight_strokes():
     assert [len(line) for line in lines] == [2, 2]
 
 
+@pytest.mark.parametrize("angle", [35, 50, 70, 90])
+@pytest.mark.parametrize("turn", [0, 17, 50])
+def test_lines_that_cross_at_any_angle_are_two_straight_strokes(angle, turn):
+    mask = np.zeros((160, 160), np.uint8)
+    ends = []
+    for way in np.deg2rad([turn, turn + angle]):
+        along = 65 * np.array([np.cos(way), np.sin(way)])
+        ends.append((80 - along, 80 + along))
+        cv2.line(mask, *(tuple(np.rint(end).astype(int).tolist()) for end in ends[-1]), 1, thickness=4)
+    lines = trace(skeletonize(mask > 0), TraceSettings())
+    assert len(lines) == 2
+    for line in lines:
+        off = [geometry.distance_to_segments(line, a, b).max() for a, b in ends]
+        assert min(off) < 2.5
+        assert geometry.length(line) > 115
+
+
+def test_two_lines_joined_by_a_short_piece_do_not_cross():
+    mask = np.zeros((99, 99), bool)
+    mask[40, 5:95] = mask[50, 5:95] = mask[40:50, 50] = True
+    lines = trace(mask, TraceSettings(spur_px=0, shortest_px=0))
+    assert sorted(round(np.ptp(line[:, 1])) for line in lines)[:2] == [0, 0]
+
+
 def test_an_even_width_is_traced_in_its_middle():
     bar = np.zeros((40, 90), bool)
     bar[20:22, 10:80] = True
@@ -182,7 +206,7 @@ def test_skipping_keeps_both_ends_and_no_two_near_points(line, step):
 
 def test_fewer_points_stay_within_the_tolerance():
     skeleton = drawn([on_circle(45, (60, 60)), on_circle(12, (50, 55))])
-    loose = TraceSettings()
+    loose = TraceSettings(tolerance_px=0.4)
     exact = trace(skeleton, loose.replace(step_px=0, tolerance_px=0))
     few = trace(skeleton, loose)
     for one, other in zip(exact, few, strict=True):

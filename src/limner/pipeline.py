@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +12,20 @@ import numpy as np
 
 from limner import __version__, storage, units
 from limner.drawing.clean import CleanSettings, clean
-from limner.drawing.compose import ComposeSettings, compose, page_from_photo
+from limner.drawing.compose import ComposeSettings, compose, fill_page, grown, page_from_photo
 from limner.drawing.measure import measure
 from limner.drawing.order import OrderSettings, order
-from limner.drawing.select import SelectSettings, select
+from limner.drawing.select import CostModel, SelectSettings, select
+from limner.drawing.within import Clock, within_time
+from limner.motion.cost import seconds as planned_seconds
+from limner.motion.machine import load_machine
 from limner.settings import SettingsGroup, group, setting
 from limner.stages import Stages
+from limner.targets import svg
 from limner.targets.ebb import EbbSettings
 from limner.targets.files import FORMATS as FORMATS, check_format as check_format, to_bytes
 from limner.targets.gcode import GcodeSettings
+from limner.targets.svg import SvgSettings
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
 from limner.vision.landmarks import DetectSettings, choose, detect
 from limner.vision.likeness.model import shipped_likeness
@@ -60,8 +65,10 @@ class Settings(LineSettings):
     page: PageSettings = group(PageSettings)
     compose: ComposeSettings = group(ComposeSettings)
     clean: CleanSettings = group(CleanSettings)
+    machine: str = setting("axidraw", "What draws, where minutes are given: a machine's name or its TOML file")
     select: SelectSettings = group(SelectSettings)
     order: OrderSettings = group(OrderSettings)
+    svg: SvgSettings = group(SvgSettings)
     gcode: GcodeSettings = group(GcodeSettings)
     ebb: EbbSettings = group(EbbSettings)
 
@@ -114,7 +121,7 @@ class Portrait:
 
     def svg(self) -> bytes:
         """The drawing as SVG, settings and version inside."""
-        return to_bytes(self.drawing, ".svg", self.about())
+        return svg.to_svg(self.drawing, self.about(), how=self.settings.svg)
 
     def about(self) -> dict[str, Any]:
         """How it was made, as its file says."""
@@ -138,10 +145,19 @@ class Portrait:
             **dataclasses.asdict(measure(self.drawing)),
             "likeness": self.likeness,
             "photo_notes": list(self.photo_notes),
+            "draw_s": planned_seconds(self.drawing, load_machine(self.settings.machine)),
+            **self._price(),
             "page_from_photo": self.page_from_photo.tolist(),
             "seconds": self.seconds | {"total": sum(self.seconds.values())},
             "settings": self.settings.to_dict(),
         }
+
+    def _price(self) -> dict[str, float]:
+        """What an order for an audience costs: the travel that would do."""
+        if self.settings.order.by != "audience":
+            return {}
+        shortest = order(self.drawing, self.settings.order.replace(by="travel"))
+        return {"shortest_travel_mm": measure(shortest).travel_mm}
 
 
 @dataclass(frozen=True)
@@ -257,9 +273,13 @@ class Session:
         page, pen = settings.page.page(), Pen(settings.page.pen_mm)
         placed = stages("compose", compose, strokes, page, settings.compose, pen)
         cleaned = stages("clean", clean, placed, settings.clean)
-        selected = stages("select", select, cleaned, settings.select)
-        drawing = stages("order", order, selected, settings.order)
-        affine = page_from_photo(strokes, page, settings.compose, pen)
+        if settings.select.minutes is None:
+            selected = stages("select", select, cleaned, settings.select)
+            drawing, growth = stages("order", _finished, selected, settings.compose, settings.order)
+        else:
+            budget = (settings.machine, settings.select, settings.compose, settings.order)
+            drawing, growth = stages("order", _timed, cleaned, *budget)
+        affine = grown(page_from_photo(strokes, page, settings.compose, pen), growth, page)
         return Portrait(photo, faces, chosen, strokes, drawing, affine, settings, stages.take_seconds())
 
 
@@ -281,7 +301,8 @@ def draw(
         number: which face, 1 = the largest.
         face: draw this one as it is, in the photo's pixels before the crop, instead of looking for one.
         changes: single settings by name, dots as double underscores: ``style="canny"``, ``points=600``,
-            ``gabor__orientations=4``; ``points`` and ``page`` are short for ``select.points`` and ``page.size``.
+            ``gabor__orientations=4``; ``points``, ``minutes`` and ``page`` are short for ``select.points``,
+            ``select.minutes`` and ``page.size``.
 
     Raises:
         BadInput: the photo cannot be read, or a setting is outside its limits.
@@ -293,10 +314,26 @@ def draw(
 
 def changed(settings: Settings, changes: dict[str, Any]) -> Settings:
     """Settings with some changed by name, as ``draw`` takes them."""
-    short = {"points": "select.points", "page": "page.size"}
+    short = {"points": "select.points", "minutes": "select.minutes", "page": "page.size"}
     for name, value in changes.items():
         settings = settings.assign(short.get(name, name.replace("__", ".")), str(value))
     return settings
+
+
+def _finished(drawing: Drawing, placing: ComposeSettings, ordering: OrderSettings) -> tuple[Drawing, Floats]:
+    """The drawing as it fills the page and is drawn, and the map of the page that enlarged it."""
+    filling, growth = fill_page(drawing, placing)
+    return order(filling, ordering), growth
+
+
+def _timed(
+    drawing: Drawing, machine: str, choosing: SelectSettings, placing: ComposeSettings, ordering: OrderSettings
+) -> tuple[Drawing, Floats]:
+    """So much of the drawing as the machine draws in the minutes it has, finished."""
+    mover = load_machine(machine)
+    cost = CostModel(**dataclasses.asdict(mover.cost_model()))
+    clock = Clock(partial(planned_seconds, machine=mover), cost, mover.name)
+    return within_time(drawing, choosing, clock, partial(_finished, placing=placing, ordering=ordering))
 
 
 def _loaded(source: Source | Photo) -> Photo:

@@ -83,8 +83,14 @@ def summary(report: dict[str, Any]) -> str:
     others = f"; {report['faces'] - 1} more in the photo, choose with --face" if report["faces"] > 1 else ""
     lines = [
         f"{report['style']}: {report['strokes']} strokes, {report['points']} points, "
-        f"{report['ink_mm'] / 1000:.2f} m of ink, {report['travel_mm'] / 1000:.2f} m between strokes, "
+        f"{report['ink_mm'] / 1000:.2f} m of ink, {report['travel_mm'] / 1000:.2f} m between strokes{price(report)}, "
         f"likeness {report['likeness']:.2f}, "
         f"{report['seconds']['total']:.1f} s{others}"
     ]
     return "\n".join(lines + report["out"])
+
+
+def price(report: dict[str, Any]) -> str:
+    """What the order for an audience costs, if it is drawn in that."""
+    shortest = report.get("shortest_travel_mm")
+    return "" if shortest is None else f" for the audience ({shortest / 1000:.2f} m would do)"

@@ -10,12 +10,15 @@ import click
 from rich.console import Console
 from rich.table import Table
 
+from limner import pipeline
 from limner.cli import options
 from limner.cli.landmarks import landmarks
 from limner.cli.likeness import likeness
 from limner.cli.tables import figures, tables
 from limner.evaluate.false_alarms import sample_folder
 from limner.evaluate.speed import Row, measure_speed
+from limner.evaluate.strokes import measure_strokes
+from limner.pipeline import Settings
 from limner.vision.photo import load_photo
 
 
@@ -45,14 +48,29 @@ def speed(photo: str | None, runs: int, models: Path | None, as_json: bool) -> N
         Console(highlight=False).print(speed_table(rows))
 
 
-def speed_table(rows: list[Row]) -> Table:
+@evaluate.command()
+@click.argument("photo", metavar="[PHOTO]", required=False)
+@click.option("--kicks", type=click.IntRange(1), default=200, metavar="N", help="Of the long search. Default: 200.")
+@options.json_option
+def strokes(photo: str | None, kicks: int, as_json: bool) -> None:
+    """Measure travel, against a long search and vpype if it is installed, and curves, on PHOTO and on made strokes."""
+    fine = Settings().assign("style", "gabor").assign("clean.tolerance_mm", "0.02").assign("order.by", "given")
+    portrait = pipeline.draw(photo or astronaut(), fine)
+    rows = list(measure_strokes(portrait.drawing, kicks=kicks))
+    if as_json:
+        click.echo(json.dumps({"strokes": [dataclasses.asdict(row) for row in rows]}))
+    else:
+        Console(highlight=False).print(speed_table(rows, "limner: strokes", 3))
+
+
+def speed_table(rows: list[Row], title: str = "limner: speed and memory", digits: int = 0) -> Table:
     """Figures beside what was promised."""
-    table = Table("", "median", "at most", "", title="limner: speed and memory", title_justify="left")
+    table = Table("", "measured" if digits else "median", "at most", "", title=title, title_justify="left")
     table.columns[1].justify = table.columns[2].justify = "right"
     for row in rows:
-        goal = "" if row.goal is None else f"{row.goal:.0f} {row.unit}"
+        goal = "" if row.goal is None else f"{row.goal:.{digits}f} {row.unit}"
         verdict = "" if row.goal is None else "yes" if row.reached else "[bold]no[/bold]"
-        table.add_row(row.name, f"{row.value:.0f} {row.unit}", goal, verdict)
+        table.add_row(row.name, f"{row.value:.{digits}f} {row.unit}", goal, verdict)
     return table
 
 

@@ -51,6 +51,16 @@ def flag(path: str, *names: str, parse: Callable[[str], Any] = str, metavar: str
     return click.option(*names, expose_value=False, callback=assign, metavar=metavar, help=_help(about, default))
 
 
+def switch(path: str, *names: str) -> Callable[[Any], Any]:
+    """An option without a value that turns on the setting at ``path``."""
+
+    def assign(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+        if value:
+            _assign(ctx, path, "true")
+
+    return click.option(*names, is_flag=True, expose_value=False, callback=assign, help=_help(ABOUT[path][0], ""))
+
+
 def _assign(ctx: click.Context, path: str, text: str) -> None:
     ctx.meta.setdefault(_ASSIGNED, []).append((path, text))
 
@@ -122,6 +132,10 @@ photo_options: Callable[[Any], Any] = _together(
 drawing_options: Callable[[Any], Any] = _together(
     [
         flag("select.points", "--points", "-n", metavar="N"),
+        flag("select.minutes", "--minutes", metavar="M"),
+        flag("machine", "--machine", metavar="NAME"),
+        switch("svg.curves", "--curves"),
+        flag("order.by", "--order", metavar="ORDER"),
         flag("page.size", "--page", metavar="SIZE"),
         flag("page.margin_mm", "--margin", parse=units.parse_length_mm, metavar="LENGTH"),
         flag("page.pen_mm", "--pen", parse=units.parse_length_mm, metavar="LENGTH"),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from limner import geometry
+from limner.drawing.doubles import without_doubles
 from limner.drawing.join import Chain, chains
 from limner.errors import NothingToDraw
 from limner.settings import SettingsGroup, setting
@@ -21,33 +22,44 @@ class CleanSettings(SettingsGroup):
         0.8, "ends of one region's strokes nearer than this are joined; 0 joins none", unit="mm", low=0, high=50
     )
     min_length_mm: float = setting(1.0, "shorter strokes are dropped; 0 keeps dots too", unit="mm", low=0, high=1000)
-    tolerance_mm: float = setting(0.08, "a line may move by this to have fewer points", unit="mm", low=0, high=50)
+    double_pens: float = setting(
+        1.0,
+        "what runs nearer than this beside a heavier line is left out; 0 draws both",
+        unit="pen widths",
+        low=0,
+        high=20,
+    )
+    tolerance_mm: float = setting(0.15, "a line may move by this to have fewer points", unit="mm", low=0, high=50)
 
 
 def clean(drawing: Drawing, settings: CleanSettings) -> Drawing:
-    """Join strokes whose ends meet, drop crumbs, simplify.
+    """Draw doubled lines once, join strokes whose ends meet, drop crumbs, simplify.
 
     Point trimming by the shape of the line, not only by the distance to the next point as in the thesis (4.3.1).
     Joined strokes weigh as much as their parts together.
 
     Args:
         drawing: strokes in any order.
-        settings: the three lengths [mm].
+        settings: the lengths.
 
     Returns:
         The drawing with the strokes in the order of their first parts; of each point of a kept stroke the distance
-        to the result is at most ``settings.tolerance_mm``.
+        to the result is at most ``settings.tolerance_mm``, and that of a line left out as double a pen width more.
 
     Raises:
         NothingToDraw: every stroke is shorter than ``settings.min_length_mm``.
     """
-    lines = [geometry.without_repeats(line) for line in drawing.lines_mm]
+    given = [geometry.without_repeats(line) for line in drawing.lines_mm]
+    pieces = without_doubles(given, drawing.weight, settings.double_pens * drawing.pen.width_mm)
+    lines = [piece.line for piece in pieces]
+    regions = [drawing.region[piece.source] for piece in pieces]
+    weights = [float(drawing.weight[piece.source]) * piece.share for piece in pieces]
     kept: list[tuple[Floats, str, float]] = []
-    for chain, closed in chains(lines, drawing.region, settings.join_mm):
+    for chain, closed in chains(lines, regions, settings.join_mm):
         line = _linked(lines, chain, closed)
         if geometry.length(line) >= settings.min_length_mm:
-            weight = float(sum(drawing.weight[i] for i, _ in chain))
-            kept.append((simplified(line, settings.tolerance_mm), drawing.region[chain[0][0]], weight))
+            weight = sum(weights[i] for i, _ in chain)
+            kept.append((simplified(line, settings.tolerance_mm), regions[chain[0][0]], weight))
     if lines and not kept:
         raise NothingToDraw(
             f"every stroke is shorter than {settings.min_length_mm:g} mm (min_length_mm); choose less, or a larger page"

@@ -12,6 +12,8 @@ from limner.types import Drawing, Floats, Page, Pen, Strokes
 
 _FARTHEST_PX = 1e7
 _LEAST_CONTENT = 1 / 50
+_LEAST_GROWTH = 1.02
+_MOST_GROWTH = 2.0
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,7 @@ class ComposeSettings(SettingsGroup):
 
     fit: str = setting(
         "content",
-        "what fills the page within its margins: the strokes or the whole photo",
+        "what fills the page within its margins: the strokes that are drawn or the whole photo",
         choices=("content", "photo"),
     )
     max_width_mm: float | None = setting(
@@ -70,7 +72,48 @@ def page_from_photo(strokes: Strokes, page: Page, settings: ComposeSettings, pen
         (2, 3) affine map; the same scale in x and y, no turn.
     """
     low, high = _content(strokes) if settings.fit == "content" and strokes.lines_px else _frame(strokes)
-    inset = page.margin_mm + (pen or Pen()).width_mm / 2
+    scale = float((_room(page, pen or Pen(), settings) / (high - low)).min())
+    offset = np.array([page.width_mm, page.height_mm]) / 2 - scale * (low + high) / 2
+    return np.array([[scale, 0, offset[0]], [0, scale, offset[1]]])
+
+
+def fill_page(drawing: Drawing, settings: ComposeSettings) -> tuple[Drawing, Floats]:
+    """Enlarge what was chosen of a drawing until it fills the page again, as ``compose`` made all of it do.
+
+    Args:
+        drawing: in the page frame [mm].
+        settings: as composed; with ``fit`` other than content nothing changes.
+
+    Returns:
+        The drawing, and the (2, 3) map of the page frame that was applied: at most ``_MOST_GROWTH`` times as large,
+        or left alone where less than ``_LEAST_GROWTH`` is gained.
+    """
+    page, still = drawing.page, np.eye(2, 3)
+    if settings.fit != "content" or not drawing.lines_mm:
+        return drawing, still
+    points = np.concatenate(drawing.lines_mm)
+    low, high = points.min(axis=0), points.max(axis=0)
+    scale = float((_room(page, drawing.pen, settings) / np.maximum(high - low, 1e-9)).min())
+    if scale < _LEAST_GROWTH:
+        return drawing, still
+    scale = min(scale, _MOST_GROWTH)
+    offset = np.array([page.width_mm, page.height_mm]) / 2 - scale * (low + high) / 2
+    lines = tuple(line * scale + offset for line in drawing.lines_mm)
+    grown = Drawing(lines, drawing.region, drawing.weight, page, drawing.pen)
+    return grown, np.array([[scale, 0, offset[0]], [0, scale, offset[1]]])
+
+
+def grown(affine: Floats, growth: Floats, page: Page) -> Floats:
+    """A map to the page as it stands in its SVG (y down), followed by one of the page frame (y up), both (2, 3)."""
+    scale, (x, y) = growth[0, 0], growth[:, 2]
+    moved: Floats = affine * scale
+    moved[:, 2] += [x, page.height_mm * (1 - scale) - y]
+    return moved
+
+
+def _room(page: Page, pen: Pen, settings: ComposeSettings) -> Floats:
+    """Width and height that the lines' middles may take."""
+    inset = page.margin_mm + pen.width_mm / 2
     room = np.array([page.width_mm, page.height_mm]) - 2 * inset
     if room.min() <= 0:
         raise CannotDraw(
@@ -78,9 +121,7 @@ def page_from_photo(strokes: Strokes, page: Page, settings: ComposeSettings, pen
             " leaves no room; choose a larger page or smaller margins"
         )
     room[0] = min(room[0], settings.max_width_mm or np.inf)
-    scale = float((room / (high - low)).min())
-    offset = np.array([page.width_mm, page.height_mm]) / 2 - scale * (low + high) / 2
-    return np.array([[scale, 0, offset[0]], [0, scale, offset[1]]])
+    return room
 
 
 def _frame(strokes: Strokes) -> tuple[Floats, Floats]:

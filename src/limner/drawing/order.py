@@ -48,6 +48,7 @@ class OrderSettings(SettingsGroup):
         low=0,
         high=100_000,
     )
+    seed: int = setting(0, "of the chance by which the order is shaken", low=0, high=1_000_000)
 
 
 def order(drawing: Drawing, settings: OrderSettings) -> Drawing:
@@ -68,7 +69,7 @@ def order(drawing: Drawing, settings: OrderSettings) -> Drawing:
         return drawing
     home = np.array(HOME_MM)
     if settings.by == "travel":
-        found = Row.of(drawing).shortened(home, home, settings.kicks)
+        found = Row.of(drawing).shortened(home, home, settings)
         return found.of_drawing(drawing) if found.travel_mm() < travel_mm(drawing) else drawing
     parts = [Row.of(drawing, regions) for regions in AUDIENCE]
     parts = [part for part in parts if part.lines]
@@ -76,7 +77,7 @@ def order(drawing: Drawing, settings: OrderSettings) -> Drawing:
     lines: list[Floats] = []
     here = home
     for part, after in zip(parts, [*parts[1:], None], strict=True):
-        part = part.shortened(here, after.middle() if after else home, settings.kicks)
+        part = part.shortened(here, after.middle() if after else home, settings)
         sequence, lines, here = sequence + part.sequence, lines + part.lines, part.lines[-1][-1]
     return Row(sequence, lines).of_drawing(drawing)
 
@@ -118,22 +119,23 @@ class Row:
         """Length of all pen-up moves, from home and back."""
         return float(travel_hops_mm(self.lines).sum())
 
-    def shortened(self, start: Floats, finish: Floats, kicks: int) -> Row:
+    def shortened(self, start: Floats, finish: Floats, settings: OrderSettings) -> Row:
         """The strokes in a row that is short from ``start`` over all of them to ``finish``."""
-        row = self._settled(start, finish, 0, greedy=True)
+        row = self.settled(start, finish, 0, greedy=True)
         rings = any(map(geometry.is_closed, self.lines))
         # The best beginnings of rings depend on the order, and the order on them.
         for _ in range(_TURNS_OF_RINGS if rings else 0):
-            row = row._begun_best(start, finish)._settled(start, finish, 0)
-        row = row._settled(start, finish, min(kicks * len(self.lines), _MOST_KICKS))
-        return row._begun_best(start, finish)._settled(start, finish, 0)._begun_best(start, finish) if rings else row
+            row = row._begun_best(start, finish).settled(start, finish, 0)
+        row = row.settled(start, finish, min(settings.kicks * len(self.lines), _MOST_KICKS), settings.seed)
+        return row._begun_best(start, finish).settled(start, finish, 0)._begun_best(start, finish) if rings else row
 
-    def _settled(self, start: Floats, finish: Floats, kicks: int, greedy: bool = False) -> Row:
+    def settled(self, start: Floats, finish: Floats, kicks: int, seed: int = 0, greedy: bool = False) -> Row:
+        """The strokes moved about until no move gains, shaken so often and settled again."""
         ends = np.array([finish, start, *(line[k] for line in self.lines for k in (0, -1))])
         row = greedy_tour(ends) if greedy else list(range(len(ends)))
         tour = Tour(ends, row, _LONGEST_MOVE if len(self.lines) < _MANY else _LONGEST_MOVE_OF_MANY)
         tour.settle(row[1:])
-        shake(tour, kicks)
+        shake(tour, kicks, seed)
         entered = [(end // 2 - 1, bool(end % 2)) for end in tour.row[2:-2:2]]
         lines = [self.lines[i][::-1] if turned else self.lines[i] for i, turned in entered]
         return Row([self.sequence[i] for i, _ in entered], lines)

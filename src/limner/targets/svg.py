@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 from xml.sax.saxutils import escape
 
 import numpy as np
+from numpy.typing import NDArray
 
+from limner import bezier
 from limner.errors import BadInput
+from limner.settings import SettingsGroup, setting
 from limner.types import Drawing, Floats
 
 ABOUT_NAMESPACE = "urn:limner:1"
@@ -20,7 +24,20 @@ _FARTHEST_MM = 1e6
 _NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def to_svg(drawing: Drawing, about: Mapping[str, Any] | None = None, title: str = "Portrait in pen strokes") -> bytes:
+@dataclass(frozen=True)
+class SvgSettings(SettingsGroup):
+    """How strokes are written to SVG."""
+
+    curves: bool = setting(False, "Bezier curves instead of polylines")
+    tolerance_mm: float = setting(0.15, "how far a curve may be from its stroke", unit="mm", low=0.001, high=10)
+
+
+def to_svg(
+    drawing: Drawing,
+    about: Mapping[str, Any] | None = None,
+    title: str = "Portrait in pen strokes",
+    how: SvgSettings | None = None,
+) -> bytes:
     """The drawing as an SVG document in UTF-8.
 
     Lengths are millimetres with three decimals, so that a file that was read comes out again byte for byte. An
@@ -31,6 +48,7 @@ def to_svg(drawing: Drawing, about: Mapping[str, Any] | None = None, title: str 
         drawing: strokes in the page frame.
         about: how it was made (settings, versions): anything JSON can hold, kept in ``<metadata>``.
         title: for screen readers and file managers.
+        how: as curves or polylines; polylines if not given.
 
     Raises:
         BadInput: a point is absurdly far off the page, or ``about`` holds what JSON cannot.
@@ -51,22 +69,42 @@ def to_svg(drawing: Drawing, about: Mapping[str, Any] | None = None, title: str 
         ' stroke-linecap="round" stroke-linejoin="round">'
     )
     for line, region, weight in zip(drawing.lines_mm, drawing.region, drawing.weight, strict=True):
-        lines.append(f'<path d="{_path(line, page.height_mm)}" data-region="{region}" data-weight="{weight:.6g}"/>')
+        path = _curved(line, page.height_mm, how.tolerance_mm) if how and how.curves else _path(line, page.height_mm)
+        lines.append(f'<path d="{path}" data-region="{region}" data-weight="{weight:.6g}"/>')
     return "\n".join([*lines, "</g>", "</svg>", ""]).encode()
 
 
 def _path(line: Floats, height_mm: float) -> str:
-    if np.abs(line).max() > _FARTHEST_MM:
-        raise BadInput(f"svg: a point is more than {_FARTHEST_MM / 1000:g} m off the page; place the drawing on it")
-    microns = np.rint(np.stack([line[:, 0], height_mm - line[:, 1]], axis=1) * 1000).astype(np.int64)
+    microns = _microns(line, height_mm)
     new = np.ones(len(line), bool)
     new[1:] = (np.diff(microns, axis=0) != 0).any(axis=1)
-    points = [f"{x / 1000:.10g},{y / 1000:.10g}" for x, y in microns[new].tolist()]
+    points = _written(microns[new])
     if len(points) == 1:
         points *= 2
     if len(points) > 2 and points[0] == points[-1]:
         return f"M {points[0]} L {' '.join(points[1:-1])} Z"
     return f"M {points[0]} L {' '.join(points[1:])}"
+
+
+def _curved(line: Floats, height_mm: float, tolerance_mm: float) -> str:
+    """The line as Bezier curves; the straight ones as lines."""
+    curves = bezier.fit(line, tolerance_mm)
+    parts = [f"M {_written(_microns(curves[0, :1], height_mm))[0]}"]
+    for curve, flat in zip(curves, bezier.are_straight(curves), strict=True):
+        points = _written(_microns(curve[1:], height_mm))
+        parts.append(f"L {points[-1]}" if flat else f"C {' '.join(points)}")
+    return " ".join(parts) + (" Z" if len(curves) > 1 and (line[0] == line[-1]).all() else "")
+
+
+def _microns(line: Floats, height_mm: float) -> NDArray[np.int64]:
+    """Thousandths of a millimetre, y down."""
+    if np.abs(line).max() > _FARTHEST_MM:
+        raise BadInput(f"svg: a point is more than {_FARTHEST_MM / 1000:g} m off the page; place the drawing on it")
+    return np.rint(np.stack([line[:, 0], height_mm - line[:, 1]], axis=1) * 1000).astype(np.int64)
+
+
+def _written(microns: NDArray[np.int64]) -> list[str]:
+    return [f"{x / 1000:.10g},{y / 1000:.10g}" for x, y in microns.tolist()]
 
 
 def _number(value_mm: float) -> str:

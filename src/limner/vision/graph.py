@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from limner import geometry
 from limner.types import Floats
 from limner.vision.chains import join, outward, runs_of
+
+_MOST_TRIED = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,13 +153,110 @@ def through_nodes(branches: list[Branch], bend_deg: float | None) -> list[Branch
 
 
 def _straightest(paths: list[Floats], ends: list[int], bend_rad: float) -> list[tuple[int, int]]:
-    """Pairs of ends at one junction, each at most once, the smallest bend first."""
+    """Pairs of ends at one junction, each at most once: those that together save most of the turning allowed."""
     inward = np.array([-outward(path, end % 2 == 1) for path, end in zip(paths, ends, strict=True)])
-    bends = np.arccos(np.clip(-inward @ inward.T, -1, 1))
-    pairs: list[tuple[int, int]] = []
-    used: set[int] = set()
-    for i, j in sorted(combinations(range(len(ends)), 2), key=bends.__getitem__):
-        if bends[i, j] <= bend_rad and not used & {i, j}:
-            used |= {i, j}
-            pairs.append((ends[i], ends[j]))
-    return pairs
+    saved = bend_rad - np.arccos(np.clip(-inward @ inward.T, -1, 1))
+    return [(ends[i], ends[j]) for i, j in _matched(list(range(len(ends))), saved)[1]]
+
+
+def _matched(left: list[int], saved: Floats) -> tuple[float, list[tuple[int, int]]]:
+    """The matching that saves most among those left, each of which may stay alone."""
+    if len(left) > _MOST_TRIED:  # more never meet in a thinned picture but on purpose
+        left = left[:_MOST_TRIED]
+    if len(left) < 2:
+        return 0.0, []
+    first, *others = left
+    best = _matched(others, saved)
+    for other in others:
+        if saved[first, other] >= 0:
+            rest = _matched([k for k in others if k != other], saved)
+            best = max(best, (rest[0] + float(saved[first, other]), [(first, other), *rest[1]]), key=lambda m: m[0])
+    return best
+
+
+def merge_junctions(branches: list[Branch], near: float) -> list[Branch]:
+    """Make one node of junctions that are linked by branches shorter than ``near`` [px]; those branches go."""
+    meeting = Counter(node for branch in branches for node in branch.nodes)
+    home = {node: node for node in meeting}
+
+    def find(node: int) -> int:
+        while home[node] != node:
+            node = home[node]
+        return node
+
+    tiny = [
+        branch
+        for branch in branches
+        if geometry.length(branch.path) < near and min(meeting[n] for n in branch.nodes) > 2
+    ]
+    for branch in tiny:
+        one, other = map(find, branch.nodes)
+        home[max(one, other)] = min(one, other)
+    left = [branch for branch in branches if not any(branch is some for some in tiny)]
+    return [Branch(branch.path, (find(branch.nodes[0]), find(branch.nodes[1]))) for branch in left]
+
+
+def cross_bridges(branches: list[Branch], longest: float, bend_deg: float) -> list[Branch]:
+    """Let lines that cross at a sharp angle cross: thinned, they run together for a while, over a bridge.
+
+    Where a short branch links two junctions of three branches each, and two branches of the one go straight on as
+    two of the other, the bridge goes, and each pair is led through the middle of its own crossing.
+
+    Args:
+        branches: of a skeleton.
+        longest: length of a bridge [px].
+        bend_deg: the largest bend of a line that crosses [deg].
+    """
+    meeting: dict[int, list[int]] = {}
+    for i, branch in enumerate(branches):
+        for side in (0, 1):
+            meeting.setdefault(branch.nodes[side], []).append(2 * i + side)
+    paths, nodes = [branch.path for branch in branches], [list(branch.nodes) for branch in branches]
+    fresh = max(meeting, default=0) + 1
+    gone: set[int] = set()
+    for i in sorted(range(len(branches)), key=lambda i: len(branches[i].path)):
+        u, v = branches[i].nodes
+        ends = [[end for end in meeting[node] if end // 2 != i] for node in (u, v)]
+        touched = any(end // 2 in gone or nodes[end // 2][end % 2] != node for node in (u, v) for end in meeting[node])
+        if u == v or touched or [len(some) for some in ends] != [2, 2] or geometry.length(paths[i]) > longest:
+            continue
+        skip = geometry.length(paths[i]) / 2 + 2
+        (a, b), (c, d) = ends
+        pairings = [((a, c), (b, d)), ((a, d), (b, c))]
+        bends = [max(_bend_deg(paths, pair, skip) for pair in pairing) for pairing in pairings]
+        if min(bends) > bend_deg:
+            continue
+        gone.add(i)
+        for one, other in pairings[int(np.argmin(bends))]:
+            middle = (_inner(paths, one, skip)[0] + _inner(paths, other, skip)[0]) / 2
+            for end in (one, other):
+                paths[end // 2] = _led_to(paths[end // 2], end % 2, skip, middle)
+                nodes[end // 2][end % 2] = fresh
+            fresh += 1
+    return [Branch(paths[i], (nodes[i][0], nodes[i][1])) for i in range(len(branches)) if i not in gone]
+
+
+def _inner(paths: list[Floats], end: int, skip: float) -> tuple[Floats, Floats]:
+    """A point beyond ``skip`` from the end of a line, where the crossing no longer bends it, and the way out there."""
+    line = paths[end // 2] if end % 2 == 0 else paths[end // 2][::-1]
+    away = np.hypot(*(line - line[0]).T)
+    k = int(np.argmax(away >= skip)) if away.max() >= skip else len(line) // 2
+    return line[k], outward(line[k:], last=False)
+
+
+def _bend_deg(paths: list[Floats], pair: tuple[int, int], skip: float) -> float:
+    """The larger of the bends on the straight way over a crossing, from one line onto it and off it to the other."""
+    (start, leaving), (end, entering) = _inner(paths, pair[0], skip), _inner(paths, pair[1], skip)
+    way = (end - start) / max(float(np.hypot(*(end - start))), 1e-9)
+    cosine = min(float(leaving @ way), float(-entering @ way))
+    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+
+
+def _led_to(path: Floats, side: int, skip: float, middle: Floats) -> Floats:
+    """A path whose end goes to ``middle`` instead of to the junction; at least its other end stays."""
+    line = path if side == 0 else path[::-1]
+    away = np.hypot(*(line - line[0]).T)
+    far = np.flatnonzero(away >= skip)
+    k = int(far[0]) if len(far) else len(line) - 1
+    led = np.concatenate([middle[None], line[k:]])
+    return led if side == 0 else led[::-1]

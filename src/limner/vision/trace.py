@@ -10,8 +10,11 @@ from limner import geometry
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats
 from limner.vision.chains import join_gaps
-from limner.vision.graph import branches_of, prune_spurs, through_nodes
+from limner.vision.graph import branches_of, cross_bridges, merge_junctions, prune_spurs, through_nodes
 from limner.vision.raster import Mask
+
+_LEAST_SHRINKING = 1 / 30
+_ONE_JUNCTION_PX = 3.0
 
 
 @dataclass(frozen=True)
@@ -24,17 +27,21 @@ class TraceSettings(SettingsGroup):
     bend_deg: float = setting(
         60.0, "largest bend over which a line goes on through a junction", unit="deg", low=0, high=180
     )
+    bridge_px: float = setting(
+        20.0, "lines that cross may run together for this long and still cross", unit="px", low=0, high=100
+    )
+    bridge_bend_deg: float = setting(25.0, "largest bend of a line over such a bridge", unit="deg", low=0, high=90)
     gap_px: float = setting(6.0, "ends nearer than this that face each other are joined", unit="px", low=0, high=50)
     gap_bend_deg: float = setting(35.0, "largest bend at either side of such a gap", unit="deg", low=0, high=90)
     shortest_px: float = setting(10.0, "lines shorter than this are dropped", unit="px", low=0, high=500)
     smooth_px: float = setting(
-        1.5, "smoothing of the pixel staircase, standard deviation along the line", unit="px", low=0, high=20
+        2.5, "smoothing of the pixel staircase, standard deviation along the line", unit="px", low=0, high=20
     )
     step_px: float = setting(
         2.0, "points nearer than this to the one before are skipped (thesis 4.3.1)", unit="px", low=0, high=50
     )
     tolerance_px: float = setting(
-        0.4, "how far a line may move when points on nearly straight parts are dropped", unit="px", low=0, high=10
+        0.1, "how far a line may move when points on nearly straight parts are dropped", unit="px", low=0, high=10
     )
 
 
@@ -50,6 +57,7 @@ def trace(skeleton: Mask, settings: TraceSettings, mask: Mask | None = None) -> 
         Polylines (n, 2) x, y; closed when first = last.
     """
     branches = prune_spurs(branches_of(skeleton), settings.spur_px)
+    branches = cross_bridges(merge_junctions(branches, _ONE_JUNCTION_PX), settings.bridge_px, settings.bridge_bend_deg)
     paths = [branch.path for branch in through_nodes(branches, settings.bend_deg)]
     paths = join_gaps(paths, settings.gap_px, np.deg2rad(settings.gap_bend_deg))
     paths = [path for path in paths if geometry.length(path) >= settings.shortest_px]
@@ -81,7 +89,8 @@ def _few_points(line: Floats, settings: TraceSettings) -> Floats:
 def smooth(line: Floats, sigma: float) -> Floats:
     """A line without the stairs of the pixel grid: its points averaged with a Gaussian along it.
 
-    The ends of an open line stay where they are; a closed line stays closed.
+    The ends of an open line stay where they are; a closed line stays closed, and a short one is smoothed less, so that
+    small rings do not shrink.
 
     Args:
         line: (n, 2) about evenly spaced.
@@ -91,7 +100,8 @@ def smooth(line: Floats, sigma: float) -> Floats:
         return line.copy()
     closed = geometry.is_closed(line)
     points = line[:-1] if closed else line
-    spacing = geometry.length(line) / (len(line) - 1)
+    length = geometry.length(line)
+    sigma, spacing = min(sigma, length * _LEAST_SHRINKING), length / (len(line) - 1)
     reach = max(1, int(np.ceil(3 * sigma / spacing)))
     padded = _beyond(points, min(reach, len(points) - 1), closed)
     reach = (len(padded) - len(points)) // 2
