@@ -26,6 +26,7 @@ from limner.pipeline import Settings
 )
 @click.option("--refuse-bad", is_flag=True, help="Draw nothing from a bad photo (blurred, dark, covered, ...).")
 @options.flag("style", "--style", "-s", metavar="STYLE")
+@options.flag("tone.level", "--tone", metavar="LEVEL")
 @options.flag("complete", "--complete", metavar="FEATURES")
 @options.drawing_options
 @options.settings_options

@@ -25,7 +25,7 @@ BEARD_SHARE = 0.6
 """A beard is darker than this share of the skin's lightness."""
 
 LEAST_BEARD = 0.12
-"""Part of the lower face that a beard covers at least; less is shadow."""
+"""Part of either half of the lower face that a beard covers at least; less, or on one side only, is shadow."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class FigureSettings(SettingsGroup):
     """How the person is told from the background."""
 
     trust: float = setting(
-        14.0, "how much colours and places count against a short outline along edges", low=0.1, high=1000
+        8.0, "how much colours and places count against a short outline along edges", low=0.1, high=1000
     )
     smooth: float = setting(
         0.03, "bays and bumps of the outline smaller than this go", unit="outer-eye distances", low=0.001, high=0.5
@@ -144,4 +144,6 @@ def _beard(photo: Photo, face: Face, skin: Mask) -> Mask:
         return np.zeros(shape, bool)
     light = np.asarray(cv2.cvtColor(photo.rgb, cv2.COLOR_RGB2GRAY), np.float32)
     dark: Mask = below & (blurred(light, 0.02 * unit) < BEARD_SHARE * float(np.median(light[bare])))
-    return dark if dark.sum() >= LEAST_BEARD * below.sum() else np.zeros(shape, bool)
+    left = np.arange(shape[1]) < marks[33, 0]
+    sides = [(dark & side).sum() >= LEAST_BEARD * max((below & side).sum(), 1) for side in (left, ~left)]
+    return dark if all(sides) else np.zeros(shape, bool)

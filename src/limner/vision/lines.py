@@ -7,7 +7,7 @@ How a style plugs in. Its settings are a group of ``LineSettings`` that bears it
 - a way of its own (in ``OWN_WAYS``): photo, face, all ``LineSettings``, stages -> strokes of the photo, the heaviest
   first.
 
-Either way what is missing of a feature may then be completed.
+Either way what is missing of a feature may then be completed, and the drawing be shaded by hatching.
 
 What costs time goes through ``stages(name, function, *inputs)``, each with no more than the settings it needs: then a
 changed setting costs only what follows it.
@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import cv2
 import numpy as np
 
 from limner.errors import BadInput
@@ -34,6 +35,7 @@ from limner.vision.regions import RegionSettings, regions_and_weights
 from limner.vision.scale import ScaleSettings, Working, apply, to_working_scale
 from limner.vision.skeleton import skeletonize
 from limner.vision.spline_style import SplinesSettings, spline_strokes
+from limner.vision.tone import NONE as NO_TONE, ToneSettings, hatch
 from limner.vision.trace import TraceSettings, trace
 from limner.vision.trim import TrimSettings, trim
 
@@ -58,6 +60,7 @@ class LineSettings(SettingsGroup):
         " mouth; all, or none",
     )
     completion: CompletionSettings = group(CompletionSettings)
+    tone: ToneSettings = group(ToneSettings)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -111,7 +114,24 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings, sta
     stages = stages or Stages()
     way = OWN_WAYS.get(style, partial(_extracted, style))
     strokes = way(photo, face, settings, stages)
-    return stages("complete", complete, strokes, face, settings.complete, settings.completion, settings.regions)
+    strokes = stages("complete", complete, strokes, face, settings.complete, settings.completion, settings.regions)
+    return strokes if settings.tone.level == NO_TONE else _shaded(strokes, photo, face, settings, stages)
+
+
+def _shaded(strokes: Strokes, photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
+    """The strokes and hatching after them."""
+    working = stages("scale", to_working_scale, photo, face, settings.scale)
+    figure = stages("figure", find_figure, working.photo, working.face, settings.figure)
+    seen = stages("lines", _in_working, strokes, working)
+    hatching = _in_photo(
+        stages("tone", hatch, working.photo, working.face, figure, seen, settings.tone), working, photo
+    )
+    return Strokes(
+        strokes.lines_px + hatching.lines_px,
+        strokes.region + hatching.region,
+        np.concatenate([strokes.weight, hatching.weight]),
+        photo.size_px,
+    )
 
 
 def _extracted(style: str, photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
@@ -124,6 +144,13 @@ def _in_photo(strokes: Strokes, working: Working, photo: Photo) -> Strokes:
     """Strokes of the working scale in the pixels of the photo."""
     lines = tuple(apply(working.photo_from_working, line) for line in strokes.lines_px)
     return Strokes(lines, strokes.region, strokes.weight, photo.size_px)
+
+
+def _in_working(strokes: Strokes, working: Working) -> Strokes:
+    """Strokes of the photo in the pixels of the working scale."""
+    working_from_photo = np.asarray(cv2.invertAffineTransform(working.photo_from_working), np.float64)
+    lines = tuple(apply(working_from_photo, line) for line in strokes.lines_px)
+    return Strokes(lines, strokes.region, strokes.weight, working.photo.size_px)
 
 
 def edges_to_strokes(edges: EdgeMap, face: Face, settings: LineSettings, stages: Stages | None = None) -> Strokes:

@@ -20,13 +20,13 @@ ROUNDS = 4
 COLOUR_BINS = (14, 11, 11)
 """Cells of lightness and of the two opponent colours."""
 
-PLACE_BINS = (4, 4)
+PLACE_BINS = (2, 2)
 """Cells down and across the picture."""
 
 CHROMA_SPAN = 0.28
 """From neutral to the last cell of an opponent colour, as a share of the photo's range of lightness."""
 
-DOUBTFUL, SURE = 0.5, 0.95
+DOUBTFUL, SURE = 0.85, 0.97
 """The first colours are learned from where a part is likelier than this, in full from where it is sure."""
 
 FAR = 400.0

@@ -9,11 +9,14 @@ from limner.types import Face, Floats
 from limner.vision.head import EYES, JAW, LIPS, face_frame, face_outline, head_ellipse
 from limner.vision.raster import Image, Mask, Shape, depth, dilated, filled
 
-HAIR_LEVELS, HAIR_THERE = (0.75, 0.9, 1.0, 1.15, 1.4, 1.8), (0.97, 0.8, 0.5, 0.25, 0.12, 0.03)
+HAIR_LEVELS, HAIR_THERE = (0.75, 0.9, 1.0, 1.15, 1.5, 2.2), (0.97, 0.8, 0.5, 0.3, 0.2, 0.05)
 """How far out of the head's ellipse, and how likely hair or a hat is there."""
 
 BODY_DEPTHS, BODY_THERE = (-0.3, 0.0, 0.2, 0.6), (0.0, 0.5, 0.93, 0.995)
 """How far below the usual line of neck and shoulders, and how likely the body is there."""
+
+FRINGE = 0.3
+"""How likely hair falls into the forehead."""
 
 LEAST = 0.003
 """No part is quite impossible anywhere, but inside the face."""
@@ -35,12 +38,13 @@ def likely_places(face: Face, shape: Shape) -> Image:
     level, aside, below = head.level(place), np.abs(out[..., 0]), out[..., 1]
     beside = aside - np.ptp(jaw[:, 0]) / 2
     deep = depth(face_outline(face), shape, 0.5 * face.outer_eye_px).astype(np.float64) / face.outer_eye_px
-    inner = _ramp(deep, -0.12, 0.12)
+    brows = frame.from_photo(face.points_px[17:27])[:, 1].min()
+    inner = _ramp(deep, -0.12, 0.12) * (1 - FRINGE * _ramp(brows - place[..., 1], 0.1, 0.3))
     ears = 0.5 * _ramp(-beside, -0.22, -0.1) * _ramp(below, -1.25, -1.1) * _ramp(-below, 0.4, 0.6)
     neck = 0.75 * _ramp(-aside, -0.75, -0.5) * _ramp(below, -0.5, -0.3) * _ramp(-below, -0.9, -0.3)
     skin = np.maximum.reduce([0.97 * inner, ears, neck])
     around = np.interp(level, HAIR_LEVELS, HAIR_THERE)
-    falling = 0.3 * _ramp(-aside, -1.7, -0.9) * _ramp(below, -1.2, -0.8) * _ramp(-below, -1.3, 0)
+    falling = 0.3 * _ramp(-aside, -2.0, -1.0) * _ramp(below, -1.2, -0.8) * _ramp(-below, -1.3, 0)
     hair = np.maximum(around, falling)
     body = np.interp(below - _shoulders(aside), BODY_DEPTHS, BODY_THERE)
     return _shares(skin, hair, body)

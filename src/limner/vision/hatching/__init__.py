@@ -1,0 +1,1 @@
+"""Hatching, step by step: how dark each place is to be, which way strokes run there, and the strokes."""
