@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,6 +69,48 @@ def retime(robot: Robot, path: LiftedPath, q: Floats, settings: RetimeSettings) 
         np.concatenate(columns) for columns in zip(*parts, strict=True)
     )
     return JointTrajectory(robot.joints, t_s, position, velocity, acceleration, down, stroke)
+
+
+def move(robot: Robot, start: Floats, end: Floats, settings: RetimeSettings) -> JointTrajectory:
+    """The fastest motion straight in joint space between two joint positions (dof,), all joints together, pen up."""
+    way = end - start
+    share = 1 - settings.margin
+    size = np.maximum(np.abs(way), 1e-9)
+    speed, acceleration = (float((share * limit / size).min()) for limit in (robot.velocity, robot.acceleration))
+    # A trapezoid of speed over the part of the way, 0 to 1; a triangle where full speed is not reached.
+    speed = min(speed, acceleration**0.5)
+    ramp = speed / acceleration
+    total = ramp + 1 / speed
+    t = np.linspace(0, total, max(3, int(np.ceil(total / settings.sample_s)) + 1))
+    rate = np.minimum(speed, acceleration * np.minimum(t, total - t))
+    part = np.where(
+        t < ramp,
+        acceleration * t**2 / 2,
+        np.where(t > total - ramp, 1 - acceleration * (total - t) ** 2 / 2, speed * (t - ramp / 2)),
+    )
+    change = np.where(t < ramp, acceleration, np.where(t > total - ramp, -acceleration, 0.0))
+    count = len(t)
+    return JointTrajectory(
+        robot.joints,
+        t,
+        start + part[:, None] * way,
+        rate[:, None] * way,
+        change[:, None] * way,
+        np.zeros(count, bool),
+        np.full(count, -1),
+    )
+
+
+def joined(parts: Sequence[JointTrajectory]) -> JointTrajectory:
+    """One motion after the other; each starts at rest where the one before it came to rest."""
+    starts = np.cumsum([0.0, *(part.t_s[-1] for part in parts)])
+    t_s = [start + part.t_s for start, part in zip(starts[:-1], parts, strict=True)]
+    keep = [slice(1 if i else 0, None) for i in range(len(parts))]
+    fields = {
+        name: np.concatenate([getattr(part, name)[k] for part, k in zip(parts, keep, strict=True)])
+        for name in ("q", "qd", "qdd", "down", "stroke")
+    }
+    return JointTrajectory(parts[0].names, np.concatenate([t[k] for t, k in zip(t_s, keep, strict=True)]), **fields)
 
 
 class _Timer:
