@@ -1,9 +1,13 @@
 import dataclasses
+import json
+import sys
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from limner import storage
+from limner.cli import main
 from limner.errors import BadInput, CannotDraw, NothingToDraw
 from limner.motion.arm.check import check
 from limner.motion.arm.collide import deepest, segment_distance
@@ -11,9 +15,11 @@ from limner.motion.arm.ik import inverse
 from limner.motion.arm.lifted import LiftSettings, lifted_path
 from limner.motion.arm.paper import Placement
 from limner.motion.arm.place import PlaceSettings, candidates, parse_place, reach_map, unreachable
+from limner.motion.arm.plan import ArmSettings, plan_arm
 from limner.motion.arm.retime import RetimeSettings, retime
 from limner.motion.arm.robot import Capsule
 from limner.motion.arm.robots import load_robot
+from limner.targets import joints
 from limner.types import Drawing
 
 pytest.importorskip("urdf_parser_py", reason="pip install 'limner[robot]'")
@@ -139,7 +145,7 @@ def test_places_that_are_found_can_be_drawn_at():
     robot = load_robot("dumbo")
     arm = inverse(robot)
     reach = reach_map(robot, arm, PlaceSettings(table_m=-0.4, step_m=0.08))
-    places = candidates((148, 210), reach, PlaceSettings(step_m=0.08))
+    places = candidates((148, 210), reach)
     assert places
     corners = np.array([(x, y, z) for x in (5, 74, 143) for y in (5, 105, 205) for z in (-2.0, 5.0)])
     for placed in places:
@@ -183,3 +189,70 @@ def test_collisions_with_table_and_self_are_found_and_absent_in_the_plan(planned
     apart = dataclasses.replace(robot, capsules=(Capsule(1, np.zeros(3), np.zeros(3), 0.01),))
     assert deepest(apart, folded) is None
     assert deepest(robot, motion.q[::20], placed.base_from_paper) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["dumbo", "ur5e"])
+def test_a_drawing_is_planned_from_the_safe_pose_and_back(name):
+    robot = load_robot(name)
+    planned = plan_arm(drawing(), robot, ArmSettings())
+    check(planned.trajectory, robot)
+    assert np.allclose(planned.trajectory.q[[0, -1]], robot.pose("safe"))
+    assert planned.trajectory.stroke.max() == len(drawing().lines_mm) - 1
+    assert planned.report()["margin_deg"] > 0
+
+
+def test_a_place_out_of_reach_says_why_and_names_one_within():
+    robot = load_robot("dumbo")
+    asked = ArmSettings(place=PlaceSettings(at="-0.25,0.75,-0.3"))
+    with pytest.raises(CannotDraw, match="nearest place found that can") as error:
+        plan_arm(drawing(), robot, asked)
+    place = str(error.value).rpartition(": ")[2]
+    planned = plan_arm(drawing(), robot, ArmSettings(place=PlaceSettings(at=place)))
+    assert planned.report()["strokes"] == len(drawing().lines_mm)
+
+
+def test_the_trajectory_survives_its_files(planned, tmp_path):
+    for suffix in joints.FORMATS:
+        joints.save(planned[3], tmp_path / f"motion{suffix}")
+        assert joints.load(tmp_path / f"motion{suffix}") == planned[3]
+    with pytest.raises(BadInput, match="cannot be"):
+        joints.save(planned[3], tmp_path / "motion.gcode")
+    (tmp_path / "wrong.csv").write_text("t_s,q:a\n1,2\n")
+    with pytest.raises(BadInput, match="expected the columns"):
+        joints.load(tmp_path / "wrong.csv")
+
+
+@pytest.fixture
+def run(monkeypatch, capfd, tmp_path):
+    def run(*arguments):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["limner", *arguments])
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as exit_:
+            main()
+        return exit_.value.code, *capfd.readouterr()
+
+    (tmp_path / "d.json").write_text(storage.to_json(drawing()))
+    return run
+
+
+def test_the_command_plans_an_arm(run, tmp_path):
+    (tmp_path / "probed.csv").write_text("-0.32,0.30,-0.3\n-0.17,0.30,-0.3\n-0.32,0.5,-0.299\n-0.2,0.5,-0.299\n")
+    outs = ["-o", "m.csv", "--waypoints", "w.json", "--reach", "r.png"]
+    code, out, err = run("plan", "d.json", "--robot", "dumbo", "--calibration", "probed.csv", "--json", *outs)
+    assert (code, err) == (0, "")
+    report = json.loads(out)
+    assert report["probed_used"] == 4
+    assert 0.2 < report["tilt_deg"] < 0.4
+    assert report["out"] == ["m.csv", "w.json", "r.png"]
+    first = json.loads((tmp_path / "w.json").read_text())["waypoints"][0]
+    assert set(first) == {"t_s", "position_m", "orientation_wxyz", "down", "stroke"}
+    assert (tmp_path / "r.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("arguments", [["--reach", "r.png"], ["--robot", "dumbo", "--fit"], ["--robot", "nobody"]])
+def test_options_that_do_not_go_together_are_refused(run, arguments):
+    code, out, err = run("plan", "d.json", *arguments)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1

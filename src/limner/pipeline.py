@@ -17,6 +17,7 @@ from limner.drawing.measure import measure
 from limner.drawing.order import OrderSettings, order
 from limner.drawing.select import CostModel, SelectSettings, select
 from limner.drawing.within import Clock, within_time
+from limner.motion.arm.plan import ArmSettings
 from limner.motion.cost import seconds as planned_seconds
 from limner.motion.machine import load_machine
 from limner.settings import SettingsGroup, group, setting
@@ -71,6 +72,7 @@ class Settings(LineSettings):
     svg: SvgSettings = group(SvgSettings)
     gcode: GcodeSettings = group(GcodeSettings)
     ebb: EbbSettings = group(EbbSettings)
+    arm: ArmSettings = group(ArmSettings)
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,14 @@ from pathlib import Path
 import click
 
 from limner import storage, units
-from limner.cli import machines, options
+from limner.cli import arm, machines, options
 from limner.errors import BadInput
+from limner.motion.arm.robots import ROBOTS
 from limner.motion.cost import Costs, costs
 from limner.motion.machine import load_machine
 from limner.motion.pen import plan as plan_path
 from limner.pipeline import Settings
-from limner.targets import animation, files, movie
+from limner.targets import animation, files, joints, movie
 from limner.types import Drawing, PenPath
 
 MOVIES: dict[str, Callable[[Drawing, PenPath, float], bytes]] = {
@@ -25,6 +26,9 @@ MOVIES: dict[str, Callable[[Drawing, PenPath, float], bytes]] = {
     ".svg": animation.to_animated_svg,
 }
 """What a film can be saved as."""
+
+_PLOTTER = {"--machine": "machine", "--fit": "shrink", "--movie": "film", "--path": "path_file"}
+_ARM = {"--calibration": "calibration", "--waypoints": "waypoints", "--reach": "reach"}
 
 
 @click.command(
@@ -46,6 +50,21 @@ MOVIES: dict[str, Callable[[Drawing, PenPath, float], bytes]] = {
 @click.option("--movie", "film", metavar="FILE", help=f"Write a film of the drawing being drawn: {', '.join(MOVIES)}.")
 @click.option("--movie-time", default="10s", metavar="TIME", help="Length of the film. Default: 10s.")
 @click.option("--path", "path_file", metavar="FILE", help="Write where the pen is at which time: .json or .npz.")
+@click.option(
+    "--robot",
+    metavar="NAME",
+    help=f"An arm draws instead: {', '.join(ROBOTS)}, or a URDF of your own. --out then takes its motion:"
+    f" {', '.join(joints.FORMATS)}.",
+)
+@options.flag("arm.place.at", "--place", metavar="X,Y,Z[,TURN]")
+@click.option(
+    "--calibration",
+    metavar="FILE",
+    help="With --robot: points probed on the sheet, the lower left corner first, then one on the lower edge: .json or"
+    " .csv in metres.",
+)
+@click.option("--waypoints", metavar="FILE", help="With --robot: write the poses of the pen's tip as .json.")
+@click.option("--reach", metavar="FILE", help="With --robot: write a map of where the pen can be held as .png.")
 @options.settings_options
 @options.json_option
 @click.pass_context
@@ -58,11 +77,31 @@ def plan(
     film: str | None,
     movie_time: str,
     path_file: str | None,
+    robot: str | None,
+    calibration: str | None,
+    waypoints: str | None,
+    reach: str | None,
     save_settings: Path | None,
     as_json: bool,
 ) -> None:
     """See ``help`` above, which names the formats."""
     settings = options.chosen_settings(ctx, Settings, save_settings)
+    if robot is not None:
+        if unused := [name for name, value in _PLOTTER.items() if ctx.params[value]]:
+            raise BadInput(f"{unused[0]} is for plotters; leave it out with --robot")
+        arm.plan(
+            drawing,
+            robot,
+            settings.arm,
+            out=out,
+            calibration=calibration,
+            waypoints=waypoints,
+            reach=reach,
+            as_json=as_json,
+        )
+        return
+    if unused := [name for name, value in _ARM.items() if ctx.params[value]]:
+        raise BadInput(f"{unused[0]} is for arms; name one with --robot")
     for file in out:
         files.check_format(file)
     if film is not None and Path(film).suffix.lower() not in MOVIES:

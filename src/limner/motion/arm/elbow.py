@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +30,7 @@ class ElbowSettings(SettingsGroup):
 
 
 def follow(
-    robot: Robot, arm: SphericalArm, tips: Floats, settings: ElbowSettings, *, free: tuple[int, ...] = ()
+    robot: Robot, arm: SphericalArm, tips: Floats, settings: ElbowSettings, clear: Callable[[Floats], bool]
 ) -> tuple[Floats | None, NDArray[np.bool_]]:
     """Joint positions along a path, on one branch, with the elbow turned to where limits and singularities are far.
 
@@ -42,28 +43,29 @@ def follow(
         arm: the same, in closed form.
         tips: (n, 4, 4) poses of the tip in the base frame.
         settings: see there.
-        free: branches to try, as indices into ``BRANCHES``; empty for all.
+        clear: whether joint positions (n, 7) may be taken, such as for touching nothing.
 
     Returns:
-        (n, 7) joint positions, or None where no motion stays within the limits;
+        (n, 7) joint positions, or None where no motion stays within the limits and is clear;
         (n,) whether each pose by itself can be reached within them.
     """
-    branches = list(free or range(len(BRANCHES)))
     angles = np.linspace(-np.pi, np.pi, settings.angles, endpoint=False)
     knots = _knots(tips, settings.knot_mm / 1000)
     q, reached = arm.solve(tips[knots, None], angles)
-    q = q[:, :, branches]
     allowed = reached[..., None] & (robot.margin(q) >= 0).all(-1)
     reachable = np.interp(np.arange(len(tips)), knots, allowed.any((1, 2)).astype(float)) > 0.999
-    path = _cheapest(q, np.where(allowed, _price(robot, q, settings), np.inf), robot.velocity)
-    if path is None:
-        return None, reachable
-    chosen, branch = path
-    smooth = np.unwrap(angles[chosen])
-    for turn in (_smoothed(smooth), smooth):
-        joints = _solved(robot, arm, tips, np.interp(np.arange(len(tips)), knots, turn), branches[branch])
-        if joints is not None:
-            return joints, reachable
+    price = np.where(allowed, _price(robot, q, settings), np.inf)
+    for _ in BRANCHES:
+        path = _cheapest(q, price, robot.velocity)
+        if path is None:
+            break
+        chosen, branch = path
+        smooth = np.unwrap(angles[chosen])
+        for turn in (_smoothed(smooth), smooth):
+            joints = _solved(robot, arm, tips, np.interp(np.arange(len(tips)), knots, turn), branch)
+            if joints is not None and clear(joints):
+                return joints, reachable
+        price[..., branch] = np.inf
     return None, reachable
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -27,14 +28,27 @@ class InverseSettings(SettingsGroup):
     numeric: NumericSettings = group(NumericSettings)
 
 
+Clear = Callable[[Floats], bool]
+"""Whether joint positions (n, dof) may be taken, such as for touching nothing."""
+
+
+def anywhere(q: Floats) -> bool:
+    """Every joint position may be taken."""
+    return True
+
+
 class Inverse(Protocol):
     """Inverse kinematics of one arm. Poses are (n, 4, 4) of the tip in the base frame."""
+
+    @property
+    def quick(self) -> bool:
+        """Whether thousands of poses cost no more than seconds."""
 
     def margins(self, tips: Floats) -> Floats:
         """(n,) how far the best solution stays from the limits [rad or m]; negative: how far beyond; -inf: no reach."""
 
-    def follow(self, tips: Floats) -> tuple[Floats | None, NDArray[np.bool_]]:
-        """Joint positions (n, dof) along a path or None, and which poses can be reached (n,)."""
+    def follow(self, tips: Floats, clear: Clear = anywhere) -> tuple[Floats | None, NDArray[np.bool_]]:
+        """Joint positions (n, dof) along a path that are clear, or None, and which poses can be reached (n,)."""
 
     def why(self, tip: Floats) -> str:
         """Why a pose (4, 4) cannot be reached: a distance or the joint whose limit is in the way; empty if it can."""
@@ -68,6 +82,7 @@ class _ClosedForm:
     robot: Robot
     arm: SphericalArm
     settings: ElbowSettings
+    quick = True
 
     def margins(self, tips: Floats) -> Floats:
         margins = np.full(len(tips), -np.inf)
@@ -76,8 +91,8 @@ class _ClosedForm:
         margins[near] = self.robot.margin(q).min(-1).max((1, 2))
         return margins
 
-    def follow(self, tips: Floats) -> tuple[Floats | None, NDArray[np.bool_]]:
-        return elbow.follow(self.robot, self.arm, tips, self.settings)
+    def follow(self, tips: Floats, clear: Clear = anywhere) -> tuple[Floats | None, NDArray[np.bool_]]:
+        return elbow.follow(self.robot, self.arm, tips, self.settings, clear)
 
     def why(self, tip: Floats) -> str:
         q, _ = self.arm.solve(tip[None], _MAP_ANGLES)
@@ -97,15 +112,22 @@ class _Numeric:
     robot: Robot
     arm: PinocchioArm
     settings: NumericSettings
+    quick = False
 
     def margins(self, tips: Floats) -> Floats:
-        return np.array([self._margin(tip) for tip in tips])
+        margins = np.full(len(tips), -np.inf)
+        nearby = list(self.robot.poses.values()) or [(self.robot.lower + self.robot.upper) / 2]
+        last = nearby[0]
+        for i, tip in enumerate(tips):
+            for start in (last, *nearby):
+                q, reached = self.arm.solve(tip, start)
+                if reached:
+                    margins[i], last = float(self.robot.margin(q).min()), q
+                    break
+        return margins
 
-    def _margin(self, tip: Floats) -> float:
-        return max((float(self.robot.margin(q).min()) for q in self.arm.starts(tip)), default=-np.inf)
-
-    def follow(self, tips: Floats) -> tuple[Floats | None, NDArray[np.bool_]]:
-        return numeric_ik.follow(self.robot, tips, self.settings)
+    def follow(self, tips: Floats, clear: Clear = anywhere) -> tuple[Floats | None, NDArray[np.bool_]]:
+        return numeric_ik.follow(self.robot, tips, self.settings, clear)
 
     def why(self, tip: Floats) -> str:
         if self.arm.starts(tip):

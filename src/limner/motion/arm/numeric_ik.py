@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,9 @@ from limner.errors import MissingExtra
 from limner.motion.arm.robot import Robot
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats
+
+COARSE = 8
+"""Of so many poses one is used to compare where a path may start."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,9 @@ class NumericSettings(SettingsGroup):
     seed: int = setting(0, "of the positions tried first", low=0)
 
 
-def follow(robot: Robot, tips: Floats, settings: NumericSettings) -> tuple[Floats | None, NDArray[np.bool_]]:
+def follow(
+    robot: Robot, tips: Floats, settings: NumericSettings, clear: Callable[[Floats], bool]
+) -> tuple[Floats | None, NDArray[np.bool_]]:
     """Joint positions along a path, each pose started from the one before, so that no joint jumps.
 
     Several solutions of the first pose are followed in turn; of those that reach every pose, the one that stays
@@ -34,23 +40,28 @@ def follow(robot: Robot, tips: Floats, settings: NumericSettings) -> tuple[Float
         robot: whose limits hold.
         tips: (n, 4, 4) poses of the tip in the base frame.
         settings: see there.
+        clear: whether joint positions (n, dof) may be taken, such as for touching nothing.
 
     Returns:
-        (n, dof) joint positions, or None where no motion stays within the limits;
+        (n, dof) joint positions, or None where no motion stays within the limits and is clear;
         (n,) whether each pose was reached in the best attempt.
 
     Raises:
         MissingExtra: pinocchio is not installed.
     """
     solver = PinocchioArm(robot, settings)
-    best, worth, reached = None, -np.inf, np.zeros(len(tips), bool)
-    for start in solver.starts(tips[0]):
-        path, ok = solver.track(tips, start)
-        if ok.all() and (value := quality(robot, path)) > worth:
-            best, worth = path, value
-        if ok.sum() > reached.sum():
-            reached = ok
-    return best, reached
+    # Every few poses tell which start goes best, at a fraction of the price.
+    coarse = np.unique(np.append(np.arange(0, len(tips), COARSE), len(tips) - 1))
+    ways = [solver.track(tips[coarse], start) for start in solver.starts(tips[0])]
+    ways.sort(key=lambda way: -quality(robot, way[0]) if way[1].all() else np.inf)
+    reached = np.zeros(len(tips), bool)
+    for way, ok in ways:
+        fully = ok.all()
+        path, ok = solver.track(tips, way[0]) if fully else (way, np.interp(np.arange(len(tips)), coarse, ok) > 0.999)
+        if fully and ok.all() and clear(path):
+            return path, ok
+        reached = max(reached, ok, key=lambda seen: seen.sum())
+    return None, reached
 
 
 def quality(robot: Robot, q: Floats) -> float:
@@ -114,9 +125,17 @@ class PinocchioArm:
         found: list[Floats] = []
         for start in tried:
             q, ok = self.solve(tip, np.clip(start, robot.lower, robot.upper))
+            q = self._unwound(q)
             if ok and all(np.abs(q - other).max() > 0.05 for other in found):
                 found.append(q)
         return found
+
+    def _unwound(self, q: Floats) -> Floats:
+        """The same pose with each joint less than half a turn from the first named pose, where limits allow."""
+        near = next(iter(self.robot.poses.values()), np.zeros(self.robot.dof))
+        turned = q - 2 * np.pi * np.round((q - near) / (2 * np.pi))
+        allowed = ~self.robot.prismatic & (turned >= self.robot.lower) & (turned <= self.robot.upper)
+        return np.where(allowed, turned, q)
 
     def track(self, tips: Floats, start: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Joint positions (n, dof) along poses (n, 4, 4), and where (n,) they reach them; stops at the first miss."""

@@ -57,6 +57,8 @@ class ReachMap:
 
 def reach_map(robot: Robot, arm: Inverse, settings: PlaceSettings) -> ReachMap:
     """How well the pen can be held, pointing down, at each point of a grid around the arm."""
+    if not arm.quick:
+        settings = settings.replace(step_m=max(settings.step_m, 0.1), spin_deg=settings.spin_deg or 0.0)
     centre, reach = _reach(robot)
     low, high = (
         np.maximum(centre - reach, robot.sheet_box_m[0] - 0.2),
@@ -85,15 +87,14 @@ def _reach(robot: Robot) -> tuple[Floats, float]:
     return centre, float(steps + np.where(robot.prismatic, np.maximum(abs(robot.lower), abs(robot.upper)), 0).sum())
 
 
-def candidates(
-    size_mm: tuple[float, float], reach: ReachMap, settings: PlaceSettings, best: int = 12
-) -> list[Placement]:
+def candidates(size_mm: tuple[float, float], reach: ReachMap, best: int = 12) -> list[Placement]:
     """Places of a sheet, the one with the widest margins over all its area first."""
     found: list[tuple[float, Placement]] = []
+    step = float(reach.x_m[1] - reach.x_m[0])
     for turn in np.radians((0, 90, 180, 270)):
         across = np.abs(np.round([math.cos(turn), math.sin(turn)]))
         width, height = size_mm if across[0] else size_mm[::-1]
-        need_x, need_y = (math.ceil(side / 2000 / settings.step_m) for side in (width, height))
+        need_x, need_y = (math.ceil(side / 2000 / step) for side in (width, height))
         worst = _window_minimum(reach.margin, need_y, need_x)
         # The pen is lifted at every point, so the next layer up must be good as well.
         for k, s, iz, iy, ix in _best(worst, best):

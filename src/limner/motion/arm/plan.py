@@ -11,7 +11,7 @@ import numpy as np
 from limner.errors import CannotDraw
 from limner.motion.arm import place as places
 from limner.motion.arm.check import check
-from limner.motion.arm.collide import deepest
+from limner.motion.arm.collide import Collision, deepest
 from limner.motion.arm.ik import Inverse, InverseSettings, inverse
 from limner.motion.arm.lifted import LiftedPath, LiftSettings, lifted_path
 from limner.motion.arm.paper import Placement
@@ -96,11 +96,16 @@ def plan_arm(drawing: Drawing, robot: Robot, settings: ArmSettings, placement: P
     tried = [placement] if placement is not None else _placements(robot, arm, size, settings.place)
     seconds["place"] = time.perf_counter() - started
     started = time.perf_counter()
-    placed, q = _first_that_works(robot, arm, path, tried, size)
+    try:
+        placed, q = _first_that_works(robot, arm, path, tried, size)
+    except CannotDraw as error:
+        if len(tried) > 1:
+            raise
+        raise CannotDraw(f"{error}{_nearest(robot, arm, path, tried[0], size, settings.place)}") from error
     seconds["inverse"] = time.perf_counter() - started
     started = time.perf_counter()
     drawn = retime(robot, path, q, settings.retime)
-    trajectory = _from_safe_and_back(robot, drawn, placed, settings.retime)
+    trajectory = _from_safe_and_back(robot, drawn, settings.retime)
     check(trajectory, robot)
     seconds["retime"] = time.perf_counter() - started
     return ArmPlan(robot, placed, path, trajectory, seconds)
@@ -109,7 +114,7 @@ def plan_arm(drawing: Drawing, robot: Robot, settings: ArmSettings, placement: P
 def _placements(robot: Robot, arm: Inverse, size: tuple[float, float], settings: PlaceSettings) -> list[Placement]:
     if settings.at != places.AUTO:
         return [places.parse_place(settings.at, size, settings.spin_deg)]
-    found = places.candidates(size, places.reach_map(robot, arm, settings), settings)
+    found = places.candidates(size, places.reach_map(robot, arm, settings))
     if not found:
         raise CannotDraw(
             f"place: a sheet of {size[0]:g} x {size[1]:g} mm fits nowhere within reach of {robot.name};"
@@ -123,29 +128,54 @@ def _first_that_works(
 ) -> tuple[Placement, Floats]:
     problem: CannotDraw | None = None
     for placed in tried:
-        q, _ = arm.follow(placed.tips(path.points_mm))
-        if q is None:
-            problem = problem or places.unreachable(arm, placed, path.points_mm[:: max(1, len(path.points_mm) // 300)], size)
-            continue
-        collision = deepest(robot, q[:: max(1, len(q) // 500)], placed.base_from_paper)
-        if collision is None:
+        touched: list[Collision] = []
+
+        def clear(q: Floats, placed: Placement = placed, touched: list[Collision] = touched) -> bool:
+            some = q[:: max(1, len(q) // 500)]
+            # On the way from the safe pose and back nothing may be touched either.
+            moved = [some, *(_between(robot.pose(SAFE), end) for end in (q[0], q[-1]) if SAFE in robot.poses)]
+            collision = deepest(robot, np.concatenate(moved), placed.base_from_paper)
+            touched += [collision] if collision else []
+            return collision is None
+
+        q, _ = arm.follow(placed.tips(path.points_mm), clear)
+        if q is not None:
             return placed, q
-        problem = problem or CannotDraw(f"place: {collision.describe(robot)}; try another place, or auto")
-    assert problem is not None
-    raise problem
+        if touched:
+            problem = problem or CannotDraw(f"place: {touched[0].describe(robot)}; try another place, or auto")
+        else:
+            some = path.points_mm[:: max(1, len(path.points_mm) // 300)]
+            problem = problem or places.unreachable(arm, placed, some, size)
+    raise problem or CannotDraw("place: nowhere to try")
 
 
-def _from_safe_and_back(robot: Robot, drawn: JointTrajectory, placed: Placement, settings: RetimeSettings) -> JointTrajectory:
+def _nearest(
+    robot: Robot, arm: Inverse, path: LiftedPath, asked: Placement, size: tuple[float, float], settings: PlaceSettings
+) -> str:
+    """In words, the place nearest to the one asked for at which all of the path can be drawn."""
+    middle = (size[0] / 2, size[1] / 2)
+    free = settings.replace(at=places.AUTO)
+    found = places.candidates(size, places.reach_map(robot, arm, free), best=200)
+    found.sort(key=lambda placed: float(np.linalg.norm(placed.points_m(middle) - asked.points_m(middle))))
+    try:
+        placed, _ = _first_that_works(robot, arm, path, found[:12], size)
+    except CannotDraw:
+        return "; no place was found that can"
+    x, y, z = placed.points_m(middle)
+    turn = np.degrees(np.arctan2(placed.base_from_paper[1, 0], placed.base_from_paper[0, 0]))
+    return f"; the nearest place found that can: {x:.3f},{y:.3f},{z:.3f},{turn:.0f}"
+
+
+def _from_safe_and_back(robot: Robot, drawn: JointTrajectory, settings: RetimeSettings) -> JointTrajectory:
     """The motion with one from the safe pose before it, and one back to it after."""
     if SAFE not in robot.poses:
         return drawn
     there = move(robot, robot.pose(SAFE), drawn.q[0], settings)
     back = move(robot, drawn.q[-1], robot.pose(SAFE), settings)
-    for way in (there, back):
-        collision = deepest(robot, way.q, placed.base_from_paper)
-        if collision is not None:
-            raise CannotDraw(
-                f"plan: on the way between the pose '{SAFE}' and the sheet {collision.describe(robot)};"
-                f" move the sheet, or give {robot.name} another pose '{SAFE}'"
-            )
     return joined((there, drawn, back))
+
+
+def _between(start: Floats, end: Floats, step_rad: float = 0.05) -> Floats:
+    """Joint positions (n, dof) evenly from one (dof,) to another."""
+    count = max(3, int(np.ceil(np.abs(end - start).max() / step_rad)) + 1)
+    return np.linspace(start, end, count)

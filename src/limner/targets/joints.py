@@ -1,0 +1,102 @@
+"""A joint trajectory goes in; a table of it for other programs comes out as CSV, and is read back."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from limner import storage
+from limner.errors import BadInput
+from limner.types import Floats, JointTrajectory
+
+FORMATS = (".json", ".npz", ".csv")
+"""What a joint trajectory can be saved as and read from."""
+
+_KINDS = ("q", "qd", "qdd")
+
+
+def to_csv(trajectory: JointTrajectory) -> bytes:
+    """One row a sample: time, then position, velocity and acceleration of each joint, then pen and stroke."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["t_s", *(f"{kind}:{name}" for kind in _KINDS for name in trajectory.names), "down", "stroke"])
+    columns = np.column_stack([trajectory.t_s, trajectory.q, trajectory.qd, trajectory.qdd])
+    for numbers, down, stroke in zip(columns.tolist(), trajectory.down, trajectory.stroke, strict=True):
+        writer.writerow([*map(repr, numbers), int(down), int(stroke)])
+    return text.getvalue().encode()
+
+
+def from_csv(data: bytes, name: str) -> JointTrajectory:
+    """Read what ``to_csv`` wrote.
+
+    Raises:
+        BadInput: no such table.
+    """
+    try:
+        header, *rows = list(csv.reader(io.StringIO(data.decode())))
+        table: Floats = np.array(rows, dtype=np.float64)
+    except (ValueError, UnicodeDecodeError, csv.Error) as error:
+        raise BadInput(f"{name}: is no table of a joint trajectory ({error})") from error
+    names = tuple(column.partition(":")[2] for column in header if column.startswith("q:"))
+    expected = ["t_s", *(f"{kind}:{joint}" for kind in _KINDS for joint in names), "down", "stroke"]
+    if header != expected or table.ndim != 2 or not names:
+        raise BadInput(
+            f"{name}: is no table of a joint trajectory; expected the columns t_s, q:, qd:, qdd:, down, stroke"
+        )
+    dof = len(names)
+    q, qd, qdd = (table[:, 1 + k * dof : 1 + (k + 1) * dof] for k in range(3))
+    return JointTrajectory(names, table[:, 0], q, qd, qdd, table[:, -2] != 0, table[:, -1].astype(np.int64))
+
+
+def waypoints(trajectory: JointTrajectory, tips: Floats) -> list[dict[str, Any]]:
+    """Poses of the pen's tip for planners that take no joints, such as MoveIt.
+
+    Args:
+        trajectory: the motion.
+        tips: (n, 7) position [m] and quaternion w, x, y, z of the tip at each sample, in the robot's base frame.
+    """
+    return [
+        {"t_s": t, "position_m": tip[:3], "orientation_wxyz": tip[3:], "down": bool(down), "stroke": int(stroke)}
+        for t, tip, down, stroke in zip(
+            trajectory.t_s.tolist(), tips.tolist(), trajectory.down, trajectory.stroke, strict=True
+        )
+    ]
+
+
+def save(trajectory: JointTrajectory, path: str | Path) -> None:
+    """Write a trajectory as one of ``FORMATS``.
+
+    Raises:
+        BadInput: another suffix, or the file cannot be written.
+    """
+    if check_format(path) == ".csv":
+        storage.write_whole(path, to_csv(trajectory))
+    else:
+        storage.save(trajectory, path)
+
+
+def load(path: str | Path) -> JointTrajectory:
+    """Read a trajectory from one of ``FORMATS``.
+
+    Raises:
+        BadInput: another suffix, unreadable, or no trajectory.
+    """
+    if check_format(path) == ".csv":
+        return from_csv(storage.read_bytes(path), str(path))
+    return storage.load(JointTrajectory, path)
+
+
+def check_format(path: str | Path) -> str:
+    """The path's suffix, if a joint trajectory can be saved as that.
+
+    Raises:
+        BadInput: it cannot.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        raise BadInput(f"{path}: a robot's motion cannot be '{suffix}'; choose {', '.join(FORMATS)}")
+    return suffix
