@@ -94,6 +94,17 @@ def test_draw_writes_what_was_asked_for(run, photo, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "a.svg"]
 
 
+def test_curves_minutes_and_an_order_for_an_audience(run, photo, face_file, tmp_path):
+    given = ("draw", photo, "--landmarks", face_file, "--json", "-o", "a.svg")
+    plain = json.loads(run(*given, "--minutes", 0.5).out)
+    assert 0.9 * 30 <= plain["draw_s"] <= 30
+    assert " C " not in (tmp_path / "a.svg").read_text()
+    shown = json.loads(run(*given, "--minutes", 0.5, "--curves", "--order", "audience").out)
+    assert " C " in (tmp_path / "a.svg").read_text()
+    assert shown["draw_s"] <= 30
+    assert shown["shortest_travel_mm"] < shown["travel_mm"]
+
+
 def test_same_input_same_bytes(run, photo, face_file, tmp_path):
     for name in ("a.svg", "b.svg"):
         assert run("draw", photo, "--landmarks", face_file, "-o", name).code == 0

@@ -135,8 +135,9 @@ class Portrait:
         Raises:
             BadInput: another suffix, or the file cannot be written.
         """
-        data = to_bytes(self.drawing, check_format(path), self.about(), self.settings.gcode)
-        storage.write_whole(path, data)
+        suffix = check_format(path)
+        whole = self.svg() if suffix == ".svg" else to_bytes(self.drawing, suffix, self.about(), self.settings.gcode)
+        storage.write_whole(path, whole)
 
     def report(self) -> dict[str, Any]:
         """What ``limner draw --json`` prints."""
