@@ -7,6 +7,7 @@ from limner.types import Face, Photo
 from limner.vision.head import face_outline
 from limner.vision.lines import LineSettings, draw_lines
 from limner.vision.portrait.band import fill, measure, tapered
+from limner.vision.portrait.eyes import draw_eyes
 from limner.vision.portrait.follow import follow, normals, settle
 from limner.vision.portrait.grow import Rule, grow
 from limner.vision.portrait.seen import FlowSettings, look_at
@@ -245,3 +246,34 @@ def test_nothing_grows_beside_what_is_drawn():
     labels = np.zeros(Y.shape, np.uint8)
     assert grow(seen.fine, seen.broad, labels, rule, [])
     assert not grow(seen.fine, seen.broad, labels, rule, [(straight(101.0, 0, 199), 5.0)])
+
+
+def test_dark_glasses_hide_the_eyes():
+    photo, face = painted()
+    rgb = photo.rgb.copy()
+    for eye in (face.points_px[36:42], face.points_px[42:48]):
+        cv2.circle(rgb, np.rint(eye.mean(axis=0)).astype(int).tolist(), 22, (20, 20, 25), -1)
+    eyes = [Photo(rgb), photo]
+    hidden, seen = (draw_eyes(look_at(each, FlowSettings()), face) for each in eyes)
+    assert not hidden
+    assert seen
+
+
+def test_an_eye_that_is_turned_away_is_left_out():
+    photo, face = painted()
+    points = face.points_px.copy()
+    points[42:48] = points[42] + 0.2 * (points[42:48] - points[42])
+    seen = look_at(photo, FlowSettings())
+    turned, frontal = (draw_eyes(seen, each) for each in (Face(points, face.box_px), face))
+    assert len(turned) < len(frontal)
+
+
+def test_lines_of_the_background_do_not_lead_away_from_the_head():
+    """A shelf behind the head begins at the hair's outline, and is none of it."""
+    rgb = painted()[0].rgb.copy()
+    photo, face = painted()
+    for row in range(120, 300, 30):
+        cv2.line(rgb, (0, row), (175, row), (90, 90, 90), 3)
+        cv2.line(rgb, (395, row), (559, row), (90, 90, 90), 3)
+    shelf = np.abs(ink(portrait(Photo(rgb), face).lines_px)[:, 0] - 285)
+    assert (shelf > 150).mean() < (np.abs(ink(portrait(photo, face).lines_px)[:, 0] - 285) > 150).mean() + 0.03

@@ -78,12 +78,12 @@ def averaged_along(image: Image, flow: Flow, sigma_px: float, step_px: float = 1
         y: Image = start[0]
         x: Image = start[1]
         for k in range(1, int(np.ceil(2 * sigma_px / step_px)) + 1):
+            way = _onward(field, way, x, y) if k > 1 else way
             x = np.asarray(x + step_px * way[..., 0], np.float32)
             y = np.asarray(y + step_px * way[..., 1], np.float32)
             weight = float(np.exp(-0.5 * (k * step_px / sigma_px) ** 2))
             total += np.float32(weight) * sampled(image, x, y)
             weights += weight
-            way = _onward(field, way, x, y)
     return total / np.float32(weights)
 
 
@@ -91,9 +91,8 @@ def _onward(field: Image, way: Image, x: Image, y: Image) -> Image:
     """The flow (H, W, 2) at the places reached, turned so that it goes on as it came."""
     # Not interpolated: neighbours may have opposite signs, and their mean would be nothing.
     there = np.asarray(cv2.remap(field, x, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE), np.float32)
-    back = (there[..., 0] * way[..., 0] + there[..., 1] * way[..., 1]) < 0
-    there[back] *= -1
-    return there
+    onward = np.copysign(np.float32(1), there[..., 0] * way[..., 0] + there[..., 1] * way[..., 1])
+    return there * onward[..., None]
 
 
 def sampled(image: Image, x: Image, y: Image) -> Image:

@@ -14,7 +14,7 @@ from limner.vision.portrait.band import measure
 from limner.vision.portrait.follow import follow, settle
 from limner.vision.portrait.marks import Mark, curve, runs, taken
 from limner.vision.portrait.seen import Seen
-from limner.vision.raster import Image
+from limner.vision.raster import Image, blurred
 
 LIDS = (([36, 37, 38, 39], [36, 41, 40, 39]), ([45, 44, 43, 42], [45, 46, 47, 42]))
 """Upper and lower lid of both eyes, from the outer corner to the inner."""
@@ -24,6 +24,12 @@ LASHES_PX = 1.6
 
 LIMITS = ((-0.85, -0.3), (0.4, 1.0))
 """How far below the middle of the iris the upper and the lower lid pass it, from and to, in radii of the iris."""
+
+TURNED = 0.4
+"""An eye narrower than this share of the other is turned away."""
+
+DARK_GLASS = 0.3
+"""Lightness under an eye, over that of the cheek, below which glasses are dark."""
 
 OPEN, LIKELY_IRIS = 0.05, 0.066
 """Lids farther apart than this show an iris, and its usual radius [outer-eye distances]."""
@@ -36,13 +42,30 @@ LIGHT_PUPIL, DARK_PUPIL, DARK_IRIS = 0.42, 0.6, -1.5
 
 
 def draw_eyes(seen: Seen, face: Face) -> list[Mark]:
-    """The strokes of both eyes."""
-    return [mark for lids, ring in zip(LIDS, EYES, strict=True) for mark in _eye(seen, face, lids, ring)]
+    """The strokes of both eyes, but for one turned away and for what dark glasses hide."""
+    eyes = [face.points_px[ring[:6]] for ring in EYES]
+    widths = [float(np.hypot(*(eye[3] - eye[0]))) for eye in eyes]
+    if _behind_dark_glass(seen, face, eyes):
+        return []
+    marks: list[Mark] = []
+    for lids, eye, width in zip(LIDS, eyes, widths, strict=True):
+        if width > TURNED * max(widths):
+            marks += _eye(seen, face, lids, eye)
+    return marks
 
 
-def _eye(seen: Seen, face: Face, lids: tuple[list[int], list[int]], ring: list[int]) -> list[Mark]:
+def _behind_dark_glass(seen: Seen, face: Face, eyes: list[Floats]) -> bool:
+    """Whether it is darker under the eyes than any shadow on skin."""
+    grey = blurred(seen.grey, 0.03 * face.outer_eye_px)
+    down = face_frame(face).axes_px[1]
+    middles = np.array([eye.mean(axis=0) for eye in eyes])
+    under, cheeks = (seen.at(grey, middles + far * down) for far in (0.11, 0.4))
+    return bool((under / np.maximum(cheeks, 1e-3)).mean() < DARK_GLASS)
+
+
+def _eye(seen: Seen, face: Face, lids: tuple[list[int], list[int]], eye: Floats) -> list[Mark]:
     unit, frame = face.outer_eye_px, face_frame(face)
-    disc = find_iris(seen.grey, face.points_px[ring[:6]], unit) or _likely_iris(face.points_px[ring[:6]], unit)
+    disc = find_iris(seen.grey, eye, unit) or _likely_iris(eye, unit)
     guides = [curve(face.points_px[lid]) for lid in lids]
     outside = _without(seen, disc)
     if disc is None:

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from limner.types import REGIONS, Face
 from limner.vision.chains import join_gaps
+from limner.vision.edges.flow import Flow
 from limner.vision.figure import Figure
-from limner.vision.head import face_frame
+from limner.vision.head import face_frame, head_ellipse
 from limner.vision.portrait.grow import Rule, grow
 from limner.vision.portrait.marks import Mark
 from limner.vision.portrait.seen import Seen
@@ -34,9 +35,12 @@ RULES = {
     "hair": Rule(0.015, 0.03, 0.25, 0.05, 0.8, 8),
     "face": Rule(0.045, 0.09, 0.22, 0.07, 0.8, 5),
     "body": Rule(0.05, 0.12, 0.7, 0.14, 0.8, 8),
+    "far": Rule(0.03, 0.12, 0.3, 0.05, 0.7, 8),
+    "locks": Rule(0.05, 9, 0.25, 0.05, 0.8, 8),
     "background": Rule(9, 9, 9, 0.05, 0, 0),
 }
-"""By region, lengths in outer-eye distances; besides, what hangs under the eyes, and beards."""
+"""By region, lengths in outer-eye distances. Besides the regions: what hangs under the eyes, beards, hair far from the
+head, and locks, which begin as hair of the figure and go on outside of it."""
 
 BEARD = 0.4
 """A beard covers at least this share of the chin."""
@@ -49,6 +53,12 @@ BESIDE = 1.5
 
 OUTLINE = 0.04
 """How far beyond the figure its outline may be seen [outer-eye distances]."""
+
+FAR = 1.15
+"""How far out of the head's ellipse only what is clear is taken for hair."""
+
+AWAY, HANGING = 0.6, 0.75
+"""Cosine to the way out of the head from which a line leads away, and to the vertical from which it hangs."""
 
 GAP, GAP_BEND = 0.12, np.deg2rad(30)
 """Ends of two lines of a region that face each other over such a gap [outer-eye distances] are joined."""
@@ -69,7 +79,11 @@ def draw_rest(seen: Seen, face: Face, figure: Figure, drawn: Sequence[Mark], set
     hair = names.index("hair")
     rules[hair] = dataclasses.replace(rules[hair], apart=settings.hair_apart * unit)
     labels = _labels(face, seen.grey.shape, names, settings.body)
-    labels[~dilated(figure.figure, round(OUTLINE * unit))] = names.index("background")
+    outside = ~dilated(figure.figure, round(OUTLINE * unit))
+    hairy = np.isin(labels, [hair, names.index("far")])
+    labels[outside & ~hairy] = names.index("background")
+    labels[outside & hairy] = names.index("locks")
+    labels[(labels == names.index("locks")) & _leading_away(seen.broad, face)] = names.index("background")
     beard = _beard(figure, face) & np.isin(labels, [names.index(name) for name in ("face", "jaw", "mouth")])
     labels[beard] = names.index("beard")
     before = [(mark.line, rules[names.index(mark.region)].apart) for mark in drawn]
@@ -79,7 +93,7 @@ def draw_rest(seen: Seen, face: Face, figure: Figure, drawn: Sequence[Mark], set
         lines = [found.line for found in grown if found.rule == i]
         for line in join_gaps(lines, GAP * unit, GAP_BEND) if lines else []:
             strength = float(np.median(seen.at(seen.both, line)))
-            region = {"bag": "eye", "beard": "face"}.get(name, name)
+            region = {"bag": "eye", "beard": "face", "far": "hair", "locks": "hair"}.get(name, name)
             marks.append(Mark(line, region, rules[i].worth * float(np.clip(strength / 0.15, 0.3, 1))))
     return marks
 
@@ -105,13 +119,27 @@ def _labels(face: Face, shape: Shape, names: list[str], body: float) -> Labels:
     jaw, place = frame.from_photo(face.points_px[:17]), frame.from_photo(points)
     none, hair = names.index("background"), names.index("hair")
     labels[labels == none] = hair  # what is no hair is no figure either
+    labels[(labels == hair) & (head_ellipse(face).level(place) > FAR)] = names.index("far")
     eyes = frame.from_photo(face.points_px[36:48])[:, 1].mean()
     labels[(labels == names.index("eye")) & (place[:, 1] > eyes + 0.03)] = names.index("bag")
     low = place[:, 1] > jaw[:, 1].max()
-    labels[low & (labels == hair)] = names.index("body")
+    labels[low & np.isin(labels, [hair, names.index("far")])] = names.index("body")
     aside = np.abs(place[:, 0] - jaw[8, 0]) > BESIDE
     labels[low & ((place[:, 1] > jaw[:, 1].max() + body) | aside)] = none
     return np.asarray(cv2.resize(labels.reshape(x.shape), shape[::-1], interpolation=cv2.INTER_NEAREST), np.uint8)
+
+
+def _leading_away(flow: Flow, face: Face) -> Mask:
+    """Where (H, W) lines lead away from the head, and do not hang down either as hair does."""
+    frame, head = face_frame(face), head_ellipse(face)
+    y, x = np.indices(flow.x.shape, np.float64)
+    slope = (frame.from_photo(np.stack([x, y], axis=-1)) - head.centre) / head.radii**2 @ frame.axes_px
+    slope /= np.maximum(np.hypot(slope[..., 0], slope[..., 1]), 1e-9)[..., None]
+    down = frame.axes_px[1] / np.hypot(*frame.axes_px[1])
+    outward = np.abs(flow.x * slope[..., 0] + flow.y * slope[..., 1])
+    hanging = np.abs(flow.x * down[0] + flow.y * down[1])
+    away: Mask = (outward > AWAY) & (hanging < HANGING)
+    return away
 
 
 def _beard(figure: Figure, face: Face) -> Mask:
