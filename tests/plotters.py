@@ -14,7 +14,7 @@ import numpy as np
 from limner import geometry
 from limner.motion.machine import load_machine
 from limner.motion.pen import plan
-from limner.targets.ebb import Ebb, EbbSettings
+from limner.targets.ebb import Ebb, EbbSettings, Limits
 from limner.targets.fake import FakeEbb, FakeGrbl, FakeLink
 from limner.targets.gcode import GcodeSettings
 from limner.targets.grbl import Grbl
@@ -39,8 +39,9 @@ def ebb(silence_s=SILENCE_S, page=None, **kind):
         return plan(Drawing((line,), ("face",), [1.0], page, Pen()), machine, start, None)
 
     home = tuple(machine.home_mm(page).tolist())
+    limits = Limits(machine.travel_mm_s, machine.draw_mm_s**2 / (2 * machine.draw_mm_s2))
     fake = FakeEbb(home=home, **kind)
-    return fake, Ebb(FakeLink(fake), motion, EbbSettings(), home, machine.travel_mm_s, silence_s)
+    return fake, Ebb(FakeLink(fake), motion, EbbSettings(), home, limits, silence_s)
 
 
 def counted(lines):

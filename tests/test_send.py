@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import re
 
 import numpy as np
@@ -14,7 +15,7 @@ from limner import geometry
 from limner.errors import BadInput, DeviceFailed
 from limner.motion.machine import load_machine
 from limner.motion.pen import plan
-from limner.targets.ebb import Ebb, EbbSettings
+from limner.targets.ebb import Ebb, EbbSettings, Limits
 from limner.targets.fake import FAULTS, FakeGrbl, FakeLink, Fault
 from limner.targets.gcode import GcodeSettings
 from limner.targets.grbl_words import ALARMS, ERRORS, explained
@@ -164,6 +165,41 @@ def test_stopped_anywhere_and_gone_on_it_draws_each_segment_once(tmp_path_factor
     assert segments_only(inked(fake)) == segments_only(counted(drawing.lines_mm))
 
 
+@pytest.mark.parametrize("asked", [0, 1, 30, 90, 150, 200, 250])
+def test_an_axidraw_stops_within_a_line_slowing_down_as_planned(path, asked):
+    fake, target = ebb()
+    place = run(DRAWING, target, path, StopAfter(asked))
+    assert not fake.pen_down
+    if asked == 200:
+        assert place.vertex > 0, "the last line is long"
+    lines = [geometry.without_repeats(line) for line in DRAWING.lines_mm]
+    drawn = lines[: place.stroke] + ([lines[place.stroke][: place.vertex + 1]] if place.vertex else [])
+    if drawn:
+        no_more_than_a_step_off(fake, of(*drawn))
+    while place.stroke < len(lines):
+        target = ebb()[1]
+        target._link.fake = fake
+        place = run(DRAWING, target, path, StopAfter(asked + 40), resume=path.exists())
+    no_more_than_a_step_off(fake, DRAWING)
+    assert fake.breaches == []
+
+
+def test_an_axidraw_changes_speed_no_faster_than_planned(path):
+    """Also where it is stopped: speeds of slices one after the other, as the motors see them."""
+    for asked in (60, 200, 10_000):
+        fake, target = ebb()
+        path.unlink(missing_ok=True)
+        run(DRAWING, target, path, StopAfter(asked))
+        machine = load_machine("axidraw")
+        slices = [(ms, a / 80, b / 80) for ms, a, b in fake.slices]
+        speeds = [(ms, np.hypot((a + b) / 2, (a - b) / 2) / ms * 1000) for ms, a, b in slices]
+        steepest = max(machine.travel_mm_s2, machine.draw_mm_s2)
+        for (one_ms, one), (two_ms, two) in itertools.pairwise(speeds):
+            # A step more or less and half a millisecond are what whole numbers leave.
+            slack = 2 / 80 / min(one_ms, two_ms) * 1000 + 0.1 * max(one, two) + 8
+            assert abs(one - two) <= steepest * (one_ms + two_ms) / 2000 + slack
+
+
 def again(fake):
     """Another driver on the same machine."""
     other, target = grbl(fake.pen)
@@ -267,6 +303,14 @@ def test_an_alarm_is_named(path):
     assert fake.ink == []
 
 
+def test_laser_mode_is_named(path):
+    fake, target = grbl(laser=True)
+    with pytest.raises(DeviceFailed, match=r"laser mode.*\$32=0"):
+        run(SMALL, target, path)
+    assert fake.ink == []
+    run(SMALL, grbl("z", laser=True)[1], path)
+
+
 def test_errors_and_alarms_are_named():
     assert explained("error:22") == f"error 22: {ERRORS[22]}"
     assert explained("ALARM:1") == f"alarm 1: {ALARMS[1]}"
@@ -309,7 +353,7 @@ def test_an_axidraw_moved_by_hand_is_noticed(path):
 
 def test_a_board_is_not_asked_for_more_than_it_can():
     with pytest.raises(BadInput, match="at most"):
-        Ebb(FakeLink(FakeGrbl()), lambda *_: None, EbbSettings(), (0, 0), 500)
+        Ebb(FakeLink(FakeGrbl()), lambda *_: None, EbbSettings(), (0, 0), Limits(500, 1))
 
 
 def test_interrupted_at_once_the_pen_goes_up(path):

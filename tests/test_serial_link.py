@@ -11,7 +11,7 @@ import serial
 from drawings import of
 from limner.errors import BadInput, DeviceFailed, MissingExtra
 from limner.targets.connect import Wiring, connect, parse_address
-from limner.targets.ebb import EbbSettings
+from limner.targets.ebb import EbbSettings, Limits
 from limner.targets.fake import FakeEbb, FakeGrbl, Fault
 from limner.targets.gcode import GcodeSettings
 from limner.targets.journal import Journal
@@ -24,7 +24,7 @@ DRAWING = of([[10, 190], [12, 190], [13, 189]], [[15, 190]], [[16, 190], [17, 19
 
 
 def wiring(home=(0.0, 0.0)):
-    return Wiring(home, ebb()[1]._plan, 165, GcodeSettings(), EbbSettings())
+    return Wiring(home, ebb()[1]._plan, Limits(165, 2), GcodeSettings(), EbbSettings())
 
 
 def draw(address, home, path):

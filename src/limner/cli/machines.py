@@ -31,10 +31,13 @@ READS = f"DRAWING is one of {', '.join(READABLE)}; any SVG's outlines will do."
 
 
 def gcode_for(settings: GcodeSettings, machine: Machine) -> GcodeSettings:
-    """G-code at the machine's own speed, unless the settings say another than their default."""
-    if settings.draw_mm_min != GcodeSettings().draw_mm_min:
-        return settings
-    return settings.replace(draw_mm_min=machine.draw_mm_s * 60)
+    """G-code at the machine's own speed and pen times, unless the settings say others than their defaults."""
+    usual, own = GcodeSettings(), {}
+    if settings.draw_mm_min == usual.draw_mm_min:
+        own["draw_mm_min"] = machine.draw_mm_s * 60
+    if settings.servo_s == usual.servo_s:
+        own["servo_s"] = min(max(machine.pen_down_s, machine.pen_up_s), 10.0)
+    return settings.replace(**own)
 
 
 def placed(path: str, machine: Machine, shrink: bool) -> Drawing:

@@ -21,6 +21,7 @@ from limner.motion.machine import Machine, load_machine
 from limner.motion.pen import plan
 from limner.pipeline import Settings
 from limner.targets.connect import Wiring, connect, parse_address
+from limner.targets.ebb import Limits
 from limner.targets.journal import Journal, Place, unfinished
 from limner.targets.send import Control, send as send_drawing
 from limner.targets.target import Target
@@ -109,8 +110,8 @@ def _wiring(drawing: Drawing, machine: Machine, settings: Settings, baud: int) -
         return plan(Drawing((line_mm,), ("face",), np.ones(1), drawing.page, drawing.pen), machine, start_mm, None)
 
     x, y = machine.home_mm(drawing.page).tolist()
-    fastest = max(machine.draw_mm_s, machine.travel_mm_s)
-    return Wiring((x, y), motion, fastest, machines.gcode_for(settings.gcode, machine), settings.ebb, baud)
+    limits = Limits(max(machine.draw_mm_s, machine.travel_mm_s), machine.draw_mm_s**2 / (2 * machine.draw_mm_s2))
+    return Wiring((x, y), motion, limits, machines.gcode_for(settings.gcode, machine), settings.ebb, baud)
 
 
 def _ask(name: str, to: str, machine: Machine, drawing: Drawing, left: Place | None) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from limner.errors import BadInput
-from limner.targets.ebb import Ebb, EbbSettings, Plan
+from limner.targets.ebb import Ebb, EbbSettings, Limits, Plan
 from limner.targets.fake import FakeEbb, FakeGrbl, FakeLink
 from limner.targets.gcode import GcodeSettings
 from limner.targets.grbl import Grbl
@@ -36,7 +36,7 @@ class Wiring:
     Attributes:
         home_mm: where the pen stands in the beginning, page frame.
         plan: the motion of a line, for a board that must be told it.
-        fastest_mm_s: the greatest speed of that.
+        limits: what that keeps.
         gcode: what lifts the pen of a GRBL plotter.
         ebb: pen and carriage of an AxiDraw.
         baud: of the serial port.
@@ -44,7 +44,7 @@ class Wiring:
 
     home_mm: tuple[float, float]
     plan: Plan
-    fastest_mm_s: float
+    limits: Limits
     gcode: GcodeSettings
     ebb: EbbSettings
     baud: int = 115_200
@@ -78,7 +78,7 @@ def connect(address: Address, wiring: Wiring) -> Target:
         fake = FakeGrbl(pen=wiring.gcode.pen, down_word=down)
         return Grbl(_link(address, wiring, fake), wiring.gcode, home)
     board = FakeEbb(home=home, steps_per_mm=wiring.ebb.steps_per_mm)
-    return Ebb(_link(address, wiring, board), wiring.plan, wiring.ebb, home, wiring.fastest_mm_s)
+    return Ebb(_link(address, wiring, board), wiring.plan, wiring.ebb, home, wiring.limits)
 
 
 def _link(address: Address, wiring: Wiring, fake: FakeGrbl | FakeEbb) -> Link:

@@ -45,12 +45,42 @@ class EbbSettings(SettingsGroup):
     steps_per_mm: float = setting(80.0, "Steps of both motors for a move of 1 mm in x", unit="1/mm", low=1, high=1000)
 
 
+@dataclass(frozen=True)
+class Limits:
+    """What a motion keeps.
+
+    Attributes:
+        fastest_mm_s: its greatest speed.
+        brake_mm: the way it takes to come to rest from its greatest speed with the pen down.
+    """
+
+    fastest_mm_s: float
+    brake_mm: float
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command of a motion.
+
+    Attributes:
+        text: as it is sent, without its end.
+        seconds: that it takes.
+        steps: (2,) where the motors are after it.
+        until_s: the time of the motion at its end.
+    """
+
+    text: str
+    seconds: float
+    steps: NDArray[np.int64]
+    until_s: float
+
+
 class Ebb:
     """An AxiDraw behind a link.
 
     The board knows neither corners nor acceleration: every move is a slice of constant speed, whose steps and
     milliseconds come from the planned motion, counted from the beginning so that nothing adds up. Motor 1 turns by
-    x + y and motor 2 by x - y, with y down the page. It stops between lines only.
+    x + y and motor 2 by x - y, with y down the page.
     """
 
     def __init__(
@@ -59,7 +89,7 @@ class Ebb:
         plan: Plan,
         settings: EbbSettings,
         home_mm: Sequence[float],
-        fastest_mm_s: float,
+        limits: Limits,
         silence_s: float = 3.0,
     ) -> None:
         """Take a link; nothing is sent yet.
@@ -69,7 +99,7 @@ class Ebb:
             plan: the motion of a line.
             settings: of pen and carriage.
             home_mm: (2,) where the pen stands in the beginning, page frame.
-            fastest_mm_s: the greatest speed that ``plan`` uses.
+            limits: what ``plan`` keeps.
             silence_s: a board that says nothing for so long has failed.
 
         Raises:
@@ -81,10 +111,13 @@ class Ebb:
         self._place = self._home.copy()
         self._steps = np.zeros(2, np.int64)
         self._pen_is_up = False
+        self._brake_mm = limits.brake_mm
         self._recent_s: deque[float] = deque(maxlen=4)
         limit = 0.95 * MAX_STEPS_PER_MS * 1000 / (settings.steps_per_mm * np.sqrt(2))
-        if fastest_mm_s > limit:
-            raise BadInput(f"machine: {fastest_mm_s:g} mm/s; an EBB makes at most {limit:.0f} mm/s in every direction")
+        if limits.fastest_mm_s > limit:
+            raise BadInput(
+                f"machine: {limits.fastest_mm_s:g} mm/s; an EBB makes at most {limit:.0f} mm/s in every direction"
+            )
 
     def open(self) -> None:
         """See that it is an EBB with power, raise the pen, and call where it is home."""
@@ -98,15 +131,27 @@ class Ebb:
         self._pen_is_up = True
 
     def draw(self, line_mm: Floats, going_on: Callable[[], bool]) -> int:
-        """As ``Target.draw``; it does not stop within a line."""
+        """As ``Target.draw``; it stops at the next point before which it can slow down."""
         self._pen_is_up = False
-        self._follow(self._plan(self._place, line_mm))
+        path, reached = self._plan(self._place, line_mm), len(line_mm) - 1
+        ended_s = self._follow(path, going_on)
+        if ended_s < path.t_s[-1]:
+            reached = self._next_halt(path, line_mm, ended_s)
+            # The same motion up to here, since no limit reaches back farther than the way it takes to slow down.
+            path = self._plan(self._place, line_mm[: reached + 1])
+            self._follow(path, begin_s=ended_s)
+        self._rest(path)
         self._pen_is_up = True
-        return len(line_mm) - 1
+        return reached
 
     def home(self) -> None:
         """Go home, wait until it is there, and let go of the carriage."""
-        self._follow(self._plan(self._place, self._home[None]), pen=False)
+        path = self._plan(self._place, self._home[None])
+        raised = path.position_mm[:, 2] == path.position_mm[0, 2]
+        k = len(raised) if raised.all() else int(raised.argmin())
+        travel = PenPath(path.t_s[:k], path.position_mm[:k], path.down[:k], path.stroke[:k])
+        self._follow(travel)
+        self._rest(travel)
         self._tell("EM,0,0")
 
     def abort(self) -> bool:
@@ -123,12 +168,26 @@ class Ebb:
         """Let go of the port."""
         self._link.close()
 
-    def _follow(self, path: PenPath, pen: bool = True) -> None:
-        for command, seconds in commands(path, self._steps, self._to_steps):
-            if pen or not command.startswith("SP"):
-                self._tell(command, seconds)
+    def _follow(self, path: PenPath, going_on: Callable[[], bool] = lambda: True, begin_s: float = 0.0) -> float:
+        """Move from one time of a path to its end, or to where it is not to go on; tells the time of that."""
+        for command in commands(path, self._steps, self._to_steps, begin_s):
+            self._tell(command.text, command.seconds)
+            self._steps = command.steps
+            if not going_on():
+                return command.until_s
+        return float(path.t_s[-1])
+
+    def _next_halt(self, path: PenPath, line_mm: Floats, t_s: float) -> int:
+        """The first point of a line that is farther from where the pen is than it takes to slow down."""
+        drawn = path.down & (path.t_s <= t_s)
+        behind = float(np.hypot(*np.diff(path.position_mm[:, :2], axis=0).T)[drawn[1:]].sum())
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line_mm, axis=0).T))])
+        far = np.flatnonzero(along >= behind + self._brake_mm)
+        return int(far[0]) if len(far) else len(line_mm) - 1
+
+    def _rest(self, path: PenPath) -> None:
+        """At the end of a path, wait until it is there, and see that it is."""
         self._place = path.position_mm[-1, :2].copy()
-        self._steps = self._to_steps(path.position_mm[-1:, :2])[0]
         self._wait_until_still()
 
     def _to_steps(self, place_mm: Floats) -> NDArray[np.int64]:
@@ -187,35 +246,38 @@ def _servo(per_cent: float) -> int:
 
 
 def commands(
-    path: PenPath, steps: NDArray[np.int64], to_steps: Callable[[Floats], NDArray[np.int64]]
-) -> Iterator[tuple[str, float]]:
-    """The commands of a motion, each with the seconds it takes.
+    path: PenPath, steps: NDArray[np.int64], to_steps: Callable[[Floats], NDArray[np.int64]], begin_s: float = 0.0
+) -> Iterator[Command]:
+    """The commands of a motion.
 
     Args:
         path: the motion.
         steps: (2,) where the motors are.
         to_steps: from places (n, 2) [mm] to where the motors are there (n, 2).
+        begin_s: the time of the motion at which they are there.
     """
     lifts = np.concatenate([[False], np.diff(path.position_mm[:, 2]) != 0])
     time_ms, position = np.rint(path.t_s * 1000).astype(np.int64), to_steps(path.position_mm[:, :2])
-    at, last_ms = steps, int(time_ms[0])
-    for before, k in itertools.pairwise([0, *_ends(path, lifts)]):
+    at, last_ms = steps, round(begin_s * 1000)
+    first = max(int(np.searchsorted(path.t_s, begin_s, side="right")) - 1, 0)
+    for before, k in itertools.pairwise([first, *_ends(path, lifts, first)]):
         by = position[k] - at
         least = 1 if lifts[k] else math.ceil(float(np.abs(by).max()) / MAX_STEPS_PER_MS)
         took = max(int(time_ms[k]) - last_ms, least)
         if lifts[k]:
-            yield f"SP,{int(path.position_mm[k, 2] > path.position_mm[before, 2])},{took}", took / 1000
+            text = f"SP,{int(path.position_mm[k, 2] > path.position_mm[before, 2])},{took}"
         elif took and (by.any() or took >= SLICE_S * 1000):
-            yield f"SM,{took},{by[0]},{by[1]}", took / 1000
+            text = f"SM,{took},{by[0]},{by[1]}"
         else:
             continue
         at, last_ms = position[k], last_ms + took
+        yield Command(text, took / 1000, at, float(path.t_s[k]))
 
 
-def _ends(path: PenPath, lifts: NDArray[np.bool_]) -> Iterator[int]:
+def _ends(path: PenPath, lifts: NDArray[np.bool_], first: int) -> Iterator[int]:
     """The samples at which a command ends: of a lift the last, of a motion as few as ``SLICE_S`` and ``CUT_MM`` let."""
-    place, count, last = path.position_mm[:, :2], len(path.t_s), 0
-    for k in range(1, count):
+    place, count, last = path.position_mm[:, :2], len(path.t_s), first
+    for k in range(first + 1, count):
         whole = k + 1 == count or lifts[k] != lifts[k + 1] or path.down[k] != path.down[k + 1]
         if not whole and (lifts[k] or path.t_s[k] - path.t_s[last] < SLICE_S):
             skipped = place[last + 1 : k + 1]

@@ -150,6 +150,7 @@ class FakeGrbl(Fake):
         pen: ``servo`` or ``z``.
         down_word: S or Z of the lowered pen.
         locked: whether it starts in alarm.
+        laser: whether it is in laser mode.
         limit_mm: soft limits: a move beyond is alarm 2.
         fullest: most bytes that its buffer has held.
     """
@@ -157,6 +158,7 @@ class FakeGrbl(Fake):
     pen: str = "servo"
     down_word: float = 700.0
     locked: bool = False
+    laser: bool = False
     limit_mm: tuple[float, float, float, float] = (-1.0, -1.0, 1000.0, 1000.0)
     fullest: int = 0
     _rx: bytearray = field(default_factory=bytearray)
@@ -232,6 +234,8 @@ class FakeGrbl(Fake):
         elif self.locked and line:
             self.say("error:9")
             return
+        elif line == "$$":
+            self.say(f"$30=1000\r\n$32={int(self.laser)}")
         elif line:
             words = _WORD.findall(line)
             if " ".join(a + b for a, b in words) != line:
@@ -297,12 +301,14 @@ class FakeEbb(Fake):
         steps_per_mm: of its motors.
         powered: whether its motors have power.
         milliseconds: that its motions have taken.
+        slices: milliseconds and steps of both motors of each motion.
     """
 
     home: Point = (0.0, 0.0)
     steps_per_mm: float = 80.0
     powered: bool = True
     milliseconds: int = 0
+    slices: list[tuple[int, int, int]] = field(default_factory=list)
     steps: tuple[int, int] = (0, 0)
     _rx: bytearray = field(default_factory=bytearray)
     _enabled: bool = False
@@ -367,6 +373,7 @@ class FakeEbb(Fake):
         if milliseconds < 1 or max(abs(one), abs(two)) > 25 * milliseconds:
             self.breach(f"{one}, {two} steps in {milliseconds} ms")
         self.milliseconds += milliseconds
+        self.slices.append((milliseconds, one, two))
         self.steps = (self.steps[0] + one, self.steps[1] + two)
         x, y = (self.steps[0] + self.steps[1]) / 2, (self.steps[0] - self.steps[1]) / 2
         self._go((self.home[0] + x / self.steps_per_mm, self.home[1] - y / self.steps_per_mm))

@@ -44,6 +44,7 @@ class Grbl:
         self._home, self._silence_s = home_mm, silence_s
         self._under_way: deque[tuple[int, str]] = deque()
         self._pen_is_up = False
+        self._told: list[str] = []
 
     def open(self) -> None:
         """Reset it, see that it is GRBL and not locked, raise the pen, and call where it is home."""
@@ -52,10 +53,19 @@ class Grbl:
             raise DeviceFailed(f"{self.name} is locked by an alarm; home it ($H) or unlock it ($X), then send again")
         settings = self._words.settings
         z = f" Z{number(settings.z_up_mm)}" if settings.pen == "z" else ""
+        self._check_laser_mode()
         for line in (MODES, f"G92 X{number(self._home[0])} Y{number(self._home[1])}{z}", *self._words.up()):
             self._queue(line)
         self._finish()
         self._pen_is_up = True
+
+    def _check_laser_mode(self) -> None:
+        """A servo is moved by the spindle's output, which laser mode switches off while the pen travels."""
+        self._told.clear()
+        self._queue("$$")
+        self._drain()
+        if self._words.settings.pen == "servo" and any(setting.startswith("$32=1") for setting in self._told):
+            raise DeviceFailed(f"{self.name} is in laser mode, which drops a servo pen; send it $32=0 once")
 
     def draw(self, line_mm: Floats, going_on: Callable[[], bool]) -> int:
         """As ``Target.draw``; it can stop at every point."""
@@ -147,6 +157,7 @@ class Grbl:
                 raise DeviceFailed(f"{self.name} is locked by an alarm; home it ($H) or unlock it ($X), then --resume")
             if BANNER.match(answer):
                 raise DeviceFailed(f"{self.name} has reset itself; check its power and the cable's shielding")
+            self._told.append(answer)
             if not (answer.startswith("<") or _TALK.fullmatch(answer)):
                 raise DeviceFailed(f"{self.name} says {answer[:40]!r}, which is no answer of GRBL's; check the cable")
 
