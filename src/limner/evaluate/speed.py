@@ -16,8 +16,9 @@ import cv2
 import numpy as np
 
 from limner import pipeline
+from limner.evaluate import machines
 from limner.pipeline import Settings
-from limner.types import Photo
+from limner.types import Face, Photo
 from limner.vision.landmarks.fmp.inference import search
 from limner.vision.landmarks.fmp.matlab import import_matlab
 
@@ -77,8 +78,16 @@ def measure_speed(photo: Photo, runs: int = 5, models: Path | None = None) -> It
         yield Row(f"find faces, {name}", _median_ms(partial(pipeline.find_faces, picture), runs), "ms", goal)
         yield Row(f"draw, {name}", _median_ms(partial(pipeline.draw, picture), runs), "ms")
     yield Row("limner --help, a process of its own", _median_ms(lambda: _run("--help"), runs), "ms", 400.0)
+    yield from _plotters(small, face)
     yield from _curve(photo)
     yield from _authors(small, models, runs)
+
+
+def _plotters(photo: Photo, face: Face) -> Iterator[Row]:
+    """The planner's own time, and what it says of a portrait of 600 points."""
+    yield Row(f"plan {machines.STROKES} strokes, CPU", 1000 * machines.planning_cpu_s(), "ms", 1000.0)
+    for name, seconds in machines.drawing_s(pipeline.draw(photo, face=face, points=600).drawing):
+        yield Row(f"{name} draws a portrait of 600 points", seconds, "s", 180.0)
 
 
 def _curve(photo: Photo) -> Iterator[Row]:

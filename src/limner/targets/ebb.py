@@ -115,9 +115,7 @@ class Ebb:
         self._recent_s: deque[float] = deque(maxlen=4)
         limit = 0.95 * MAX_STEPS_PER_MS * 1000 / (settings.steps_per_mm * np.sqrt(2))
         if limits.fastest_mm_s > limit:
-            raise BadInput(
-                f"machine: {limits.fastest_mm_s:g} mm/s; an EBB makes at most {limit:.0f} mm/s in every direction"
-            )
+            raise BadInput(f"machine: {limits.fastest_mm_s:g} mm/s; an EBB makes at most {limit:.0f} mm/s")
 
     def open(self) -> None:
         """See that it is an EBB with power, raise the pen, and call where it is home."""

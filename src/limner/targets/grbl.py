@@ -157,7 +157,7 @@ class Grbl:
                 raise DeviceFailed(f"{self.name} is locked by an alarm; home it ($H) or unlock it ($X), then --resume")
             if BANNER.match(answer):
                 raise DeviceFailed(f"{self.name} has reset itself; check its power and the cable's shielding")
-            self._told.append(answer)
+            self._told += [answer] if answer.startswith("$") else []
             if not (answer.startswith("<") or _TALK.fullmatch(answer)):
                 raise DeviceFailed(f"{self.name} says {answer[:40]!r}, which is no answer of GRBL's; check the cable")
 
