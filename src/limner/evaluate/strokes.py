@@ -27,13 +27,16 @@ TOLERANCE_MM = 0.15
 _VPYPE = "vpype linemerge linesort"
 
 
-def measure_strokes(drawing: Drawing, counts: Sequence[int] = COUNTS, kicks: int = 400) -> Iterator[Row]:
+def measure_strokes(
+    drawing: Drawing, counts: Sequence[int] = COUNTS, kicks: int = 200, smooth: int = 20
+) -> Iterator[Row]:
     """Compare travel with what a far longer search finds and, where it is installed, with vpype's; then curves.
 
     Args:
         drawing: a portrait with many strokes, finely traced.
         counts: of scattered strokes to be put in order.
         kicks: per stroke, of the long search.
+        smooth: how many smooth lines are followed by curves.
 
     Yields:
         One row after the other, as they are ready.
@@ -51,7 +54,7 @@ def measure_strokes(drawing: Drawing, counts: Sequence[int] = COUNTS, kicks: int
         if shutil.which("vpype"):
             yield Row(f"travel, {name}, x of {_VPYPE}", found / vpype_travel_mm(strokes), "", 0.85)
     yield from _curve_rows("portrait", drawing.lines_mm)
-    yield from _curve_rows("smooth lines", [swing(seed) for seed in range(20)])
+    yield from _curve_rows("smooth lines", [swing(seed) for seed in range(smooth)])
 
 
 def scattered(count: int, seed: int = 1) -> Drawing:
