@@ -76,9 +76,8 @@ def test_draw_writes_what_was_asked_for(run, photo, tmp_path):
     assert ran.code == 0
     report = json.loads(ran.out)
     assert set(report) == {
-        "faces", "face", "style", "strokes", "points", "ink_mm", "travel_mm", "lifts", "likeness", "photo_notes",
-        "draw_s",
-        "page_from_photo", "seconds", "settings", "out",
+        "faces", "face", "style", "strokes", "points", "ink_mm", "travel_mm", "lifts", "likeness",
+        "photo_notes", "candidates", "draw_s", "page_from_photo", "seconds", "settings", "out",
     }  # fmt: skip
     assert report["faces"] == 1
     assert 200 < report["points"] <= 600

@@ -17,6 +17,7 @@ from limner.drawing.measure import measure
 from limner.drawing.order import OrderSettings, order
 from limner.drawing.select import CostModel, SelectSettings, select
 from limner.drawing.within import Clock, within_time
+from limner.errors import NothingToDraw
 from limner.motion.arm.plan import ArmSettings
 from limner.motion.cost import seconds as planned_seconds
 from limner.motion.machine import load_machine
@@ -29,13 +30,12 @@ from limner.targets.gcode import GcodeSettings
 from limner.targets.svg import SvgSettings
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
 from limner.vision.landmarks import DetectSettings, choose, detect
+from limner.vision.likeness.candidates import AUTO, AUTO_STYLES, Candidate, best, candidate
 from limner.vision.likeness.model import shipped_likeness
 from limner.vision.lines import STYLES, LineSettings, draw_lines
 from limner.vision.photo import Box, Source, crop_photo, load_photo
 from limner.vision.quality import photo_notes
 from limner.vision.refine import BEST, NONE, REFINEMENTS, RefineSettings, refine
-
-AUTO = "auto"
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,11 @@ class PageSettings(SettingsGroup):
 class Settings(LineSettings):
     """Everything that decides how a portrait looks, stage by stage."""
 
-    style: str = setting("portrait", "From photo to strokes", choices=STYLES)
+    style: str = setting(
+        "portrait",
+        f"From photo to strokes; {AUTO} = the best of {', '.join(AUTO_STYLES)} by likeness",
+        choices=(*STYLES, AUTO),
+    )
     detect: DetectSettings = group(DetectSettings)
     refine: str = setting(
         AUTO,
@@ -88,6 +92,7 @@ class Portrait:
         page_from_photo: (2, 3) from pixels of the photo to SVG millimetres (y down).
         settings: in force.
         seconds: spent in each stage; next to none where its result was kept from the drawing before.
+        candidates: of style ``auto``, what was drawn and judged; the settings name the style that was kept.
     """
 
     photo: Photo
@@ -98,6 +103,7 @@ class Portrait:
     page_from_photo: Floats
     settings: Settings
     seconds: dict[str, float]
+    candidates: tuple[Candidate, ...] = ()
 
     @property
     def pen_px(self) -> float:
@@ -150,6 +156,7 @@ class Portrait:
             "photo_notes": list(self.photo_notes),
             "draw_s": planned_seconds(self.drawing, load_machine(self.settings.machine)),
             **self._price(),
+            "candidates": [dataclasses.asdict(item) | {"worth": item.worth} for item in self.candidates],
             "page_from_photo": self.page_from_photo.tolist(),
             "seconds": self.seconds | {"total": sum(self.seconds.values())},
             "settings": self.settings.to_dict(),
@@ -264,7 +271,10 @@ class Session:
         **changes: Any,
     ) -> Portrait:
         """Draw the person: arguments, result and errors are those of ``limner.draw``."""
-        settings, stages = changed(settings or Settings(), changes), self._stages
+        settings = changed(settings or Settings(), changes)
+        if settings.style == AUTO:
+            return self._draw_best(settings, crop, number, face)
+        stages = self._stages
         photo = stages("photo", _loaded, self._source)
         part = stages("crop", Part.of, photo, crop)
         faces = (face,) if face else stages("face", _faces_in, photo, settings.detect, crop)
@@ -284,6 +294,21 @@ class Session:
             drawing, growth = stages("order", _timed, cleaned, *budget)
         affine = grown(page_from_photo(strokes, page, settings.compose, pen), growth, page)
         return Portrait(photo, faces, chosen, strokes, drawing, affine, settings, stages.take_seconds())
+
+    def _draw_best(self, settings: Settings, crop: Box | None, number: int, face: Face | None) -> Portrait:
+        """Draw in each of ``AUTO_STYLES`` within the budget, and keep the best; a style that draws nothing is out."""
+        portraits, nothing = [], None
+        for style in AUTO_STYLES:
+            try:
+                portraits.append(self.draw(settings.replace(style=style), crop=crop, number=number, face=face))
+            except NothingToDraw as error:
+                nothing = error
+        if not portraits:
+            raise nothing or NothingToDraw("no style drew anything")
+        seen = [candidate(p.settings.style, p.likeness, p.ink_px(), p.drawing.region, p.face) for p in portraits]
+        names = dict.fromkeys(name for portrait in portraits for name in portrait.seconds)
+        seconds = {name: sum(portrait.seconds.get(name, 0.0) for portrait in portraits) for name in names}
+        return dataclasses.replace(portraits[best(seen)], seconds=seconds, candidates=tuple(seen))
 
 
 def draw(

@@ -12,6 +12,7 @@ from limner import pipeline
 from limner.cli import options
 from limner.errors import CannotDraw
 from limner.pipeline import Settings
+from limner.vision.likeness.candidates import why
 
 
 @click.command(short_help="Draw the person in a photo as ordered pen strokes.")
@@ -59,6 +60,8 @@ def draw(
         write(portrait, path)
     for note in portrait.photo_notes:
         click.echo(f"note: {note}", err=True)
+    if portrait.candidates:
+        click.echo(why(portrait.candidates), err=True)
     report = portrait.report() | {"out": [path for path in outs if path != "-"]}
     if as_json:
         click.echo(json.dumps(report))
