@@ -21,6 +21,9 @@ SMALL_OUTER_EYE_PX = 32.0
 REACH = 0.06
 """How far the border moves to the nearest edge when seen in full size [outer-eye distances]."""
 
+SLIMMEST = 1.2
+"""Width of the narrowest head that goes up to the top of the picture [outer-eye distances]."""
+
 BEARD_SHARE = 0.6
 """A beard is darker than this share of the skin's lightness."""
 
@@ -89,9 +92,14 @@ def find_figure(photo: Photo, face: Face, settings: FigureSettings) -> Figure:
     certain = places.inside_face(small_face, shape)
     seen = colours.normalized(small)
     likely = colours.likely_parts(
-        seen, places.likely_places(small_face, shape), certain, places.features(small_face, shape)
+        seen,
+        places.likely_places(small_face, shape),
+        certain,
+        places.features(small_face, shape),
+        places.above_eyes(small_face, shape),
     )
-    mask = _one_piece(cut(1 - likely[0], seen, certain, settings.trust), certain)
+    mask = cut(1 - likely[0], seen, certain, settings.trust)
+    mask = _one_piece(mask & ~_columns(mask, small_face), certain)
     figure = _fine(mask, photo, settings.smooth * face.outer_eye_px, REACH * face.outer_eye_px)
     figure |= places.inside_face(face, figure.shape)
     part = np.stack([resized(blurred(one, 1.0), photo.size_px) for one in likely[1:]]).argmax(axis=0)
@@ -106,6 +114,20 @@ def _small(photo: Photo, face: Face) -> tuple[Photo, Face]:
     rgb = np.asarray(cv2.resize(photo.rgb, size, interpolation=cv2.INTER_AREA), np.uint8)
     points = (face.points_px + 0.5) * np.array(size) / photo.size_px - 0.5
     return Photo(rgb.reshape(size[1], size[0], 3)), dataclasses.replace(face, points_px=points)
+
+
+def _columns(mask: Mask, face: Face) -> Mask:
+    """What rises (H, W) from the head to the top of the picture and is slimmer than any head: background."""
+    brows = max(0, round(float(face.points_px[17:27, 1].min())))
+    upper = mask[:brows].astype(np.uint8)
+    columns = np.zeros_like(mask)
+    if upper.size:
+        width = 2 * round(SLIMMEST * face.outer_eye_px / 2) + 1
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+        wide = np.asarray(cv2.morphologyEx(upper, cv2.MORPH_OPEN, disc, borderType=cv2.BORDER_REPLICATE)) > 0
+        _, labels = pieces((upper > 0) & ~wide)
+        columns[:brows] = np.isin(labels, np.unique(labels[0][labels[0] > 0]))
+    return columns
 
 
 def _one_piece(mask: Mask, certain: Mask) -> Mask:

@@ -42,9 +42,9 @@ class Level(NamedTuple):
 
 
 LEVELS = {
-    "light": Level(0.42, 0.45, 0.8, 0.13, 0.06, 2.0),
-    "medium": Level(0.3, 0.3, 0.55, 0.11, 0.04, 2.0),
-    "rich": Level(0.2, 0.18, 0.3, 0.09, 0.027, 0.5),
+    "light": Level(0.45, 0.4, 0.8, 0.13, 0.06, 2.0),
+    "medium": Level(0.34, 0.28, 0.55, 0.11, 0.04, 2.0),
+    "rich": Level(0.25, 0.16, 0.3, 0.09, 0.027, 0.62),
 }
 """From few strokes in the shadows to a full drawing."""
 
@@ -62,13 +62,22 @@ REGION = {
 }
 """What the strokes of an area belong to."""
 
+KEPT_CLEAR = ("hair", "brow", "face")
+"""Regions whose lines hatching keeps off, as it would take their place or cross them."""
+
 FADE = 0.12
 """Over so much darkness the ends of strokes are spread, so that hatching ends like light and not like a wall."""
 
 CALM = {"brow": 0.015, "lips": 0.015, "face": 0.09, "neck": 0.07}
 """Over what tones are averaged, 0.04 elsewhere: wrinkles are lines, not tone [outer-eye distances]."""
 
-ISLAND = 0.05
+DENSER = {"hair": 0.85, "beard": 0.65}
+"""Spacing against that of skin as dark."""
+
+EYE_ROOM = 0.05
+"""How far hatching stays away from the eyes [outer-eye distances]."""
+
+ISLAND = 0.08
 """Shadows on the face smaller than this are left to the lines [square of the outer-eye distance]."""
 
 CROSSING_DEG, CROSSING_SPACING = 40.0, 1.3
@@ -114,7 +123,7 @@ def hatch(photo: Photo, face: Face, figure: Figure, lines: Strokes, settings: To
         photo: at the working scale.
         face: a frontal face in it.
         figure: in it.
-        lines: of the drawing, in its pixels; hatching keeps off those of hair and brows, whose place it would take.
+        lines: of the drawing, in its pixels; hatching keeps off those in ``KEPT_CLEAR``.
         settings: level and manner.
 
     Raises:
@@ -126,7 +135,7 @@ def hatch(photo: Photo, face: Face, figure: Figure, lines: Strokes, settings: To
     area = areas(face, figure)
     dark = _tones(darkness(photo, face, figure), area, face, settings)
     ground = _ground(photo, face, dark, area, settings)
-    taken = [line for line, region in zip(lines.lines_px, lines.region, strict=True) if region in ("hair", "brow")]
+    taken = [line for line, region in zip(lines.lines_px, lines.region, strict=True) if region in KEPT_CLEAR]
     strokes = streamlines(ground, taken, settings.shortest * unit)
     if level.crossed_from < 1:
         strokes += streamlines(_crossed(ground, dark, level), [], settings.shortest * unit)
@@ -141,7 +150,7 @@ def areas(face: Face, figure: Figure) -> NDArray[np.uint8]:
     for brow in BROWS:
         brows |= dilated(_stroke(marks[brow], shape), max(1, round(0.05 * unit)))
     for eye in EYES:
-        eyes |= dilated(filled(marks[eye], shape), max(1, round(0.03 * unit)))
+        eyes |= dilated(filled(marks[eye], shape), max(1, round(EYE_ROOM * unit)))
     for name, mask in (
         ("neck", figure.skin),
         ("face", figure.skin & filled(face_outline(face), shape)),
@@ -165,9 +174,9 @@ def _tones(dark: Image, area: NDArray[np.uint8], face: Face, settings: ToneSetti
         if not mask.any():
             continue
         calm = within(dark, mask, CALM.get(name, 0.04) * unit)
-        if name in ("hair", "body", "beard"):
+        if name in ("hair", "body"):
             low, high = np.percentile(calm[mask], [5, 90])
-            calm = calm * (0.5 + 0.5 * np.clip((calm - low) / max(high - low, 0.05), 0, 1))
+            calm = calm * (0.6 + 0.4 * np.clip((calm - low) / max(high - low, 0.05), 0, 1))
         tones[mask] = calm[mask] * (settings.clothes if name == "body" else 1)
     return tones
 
@@ -183,6 +192,7 @@ def _ground(photo: Photo, face: Face, dark: Image, area: NDArray[np.uint8], sett
     start = np.array([2.0, *(starts.get(name, level.from_skin) for name in AREAS[1:])], np.float32)[area]
     depth = np.clip((dark - start) / (1 - start), 0, 1)
     spacing = level.widest * (level.closest / level.widest) ** np.sqrt(depth)
+    spacing *= np.array([DENSER.get(name, 1.0) for name in AREAS])[area]
     spacing = np.where(area == AREAS.index("brow"), BROW_SPACING, spacing)
     shaded = (dark > start) & ~_islands((dark > start) & (area == AREAS.index("face")), ISLAND * unit**2)
     spacing = np.where(shaded, unit * np.maximum(spacing, settings.closest), 0).astype(np.float32)

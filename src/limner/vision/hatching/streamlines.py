@@ -132,7 +132,7 @@ class _Layer:
     def occupy(self, line: Floats) -> None:
         """Keep the room around a line free, as much as is wanted there."""
         height, width = self._size
-        parts = line[:: max(1, min(6, len(line) - 1))]
+        parts = line[:: max(1, min(3, len(line) - 1))]
         parts = np.concatenate([parts, line[-1:]])
         at = np.clip(whole(parts), 0, [width - 1, height - 1])
         wanted = self._ground.spacing[at[:, 1], at[:, 0]].tolist()

@@ -36,7 +36,7 @@ UNSEEN = 2e-4
 """Likelihood of a colour that a part has never shown."""
 
 
-def likely_parts(seen: Image, places: Image, face: Mask, features: Mask) -> Image:
+def likely_parts(seen: Image, places: Image, face: Mask, features: Mask, above: Image) -> Image:
     """How likely each part is (4, H, W) at each pixel by place and colour.
 
     Args:
@@ -44,11 +44,13 @@ def likely_parts(seen: Image, places: Image, face: Mask, features: Mask) -> Imag
         places: (4, H, W) how likely by place alone.
         face: (H, W) what is certainly no background.
         features: (H, W) what no part learns from.
+        above: (H, W) how much the background first learns where, from 0 to 1: beside the neck may hang hair.
     """
     cell, colour, where = _cells(seen)
     prior = places.reshape(4, -1).copy()
     prior[0, face.ravel()] = 0
     likely = np.clip((prior - DOUBTFUL) / (SURE - DOUBTFUL), 0, 1)
+    likely[0] *= above.ravel()
     learn = ~features.ravel()
     for _ in range(ROUNDS):
         seen = np.stack([_likelihood(cell, colour, where, part * learn) for part in likely])

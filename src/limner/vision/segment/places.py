@@ -43,8 +43,8 @@ def likely_places(face: Face, shape: Shape) -> Image:
     ears = 0.5 * _ramp(-beside, -0.22, -0.1) * _ramp(below, -1.25, -1.1) * _ramp(-below, 0.4, 0.6)
     neck = 0.75 * _ramp(-aside, -0.75, -0.5) * _ramp(below, -0.5, -0.3) * _ramp(-below, -0.9, -0.3)
     skin = np.maximum.reduce([0.97 * inner, ears, neck])
-    around = np.interp(level, HAIR_LEVELS, HAIR_THERE)
-    falling = 0.3 * _ramp(-aside, -2.0, -1.0) * _ramp(below, -1.2, -0.8) * _ramp(-below, -1.3, 0)
+    around = np.interp(level, HAIR_LEVELS, HAIR_THERE) * _ramp(-below, -0.4, 0.1)
+    falling = 0.3 * _ramp(-aside - 0.6 * below, -1.4, -0.8) * _ramp(below, -1.2, -0.8) * _ramp(-below, -1.3, 0)
     hair = np.maximum(around, falling)
     body = np.interp(below - _shoulders(aside), BODY_DEPTHS, BODY_THERE)
     return _shares(skin, hair, body)
@@ -62,6 +62,13 @@ def features(face: Face, shape: Shape) -> Mask:
     for landmarks in (*EYES, LIPS):
         mask |= filled(face.points_px[landmarks], shape)
     return dilated(mask, max(1, round(0.04 * face.outer_eye_px)))
+
+
+def above_eyes(face: Face, shape: Shape) -> Image:
+    """1 above the forehead (H, W), falling to 0 at the eyes: where the background shows itself most surely."""
+    frame = face_frame(face)
+    place = frame.from_photo(np.moveaxis(np.indices(shape)[::-1], 0, -1).astype(np.float64))
+    return _ramp(-place[..., 1], 0.0, 1.0).astype(np.float32)
 
 
 def _shoulders(aside: Floats) -> Floats:
