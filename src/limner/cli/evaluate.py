@@ -12,6 +12,7 @@ from rich.table import Table
 
 from limner import pipeline
 from limner.cli import options
+from limner.cli.gallery import gallery
 from limner.cli.landmarks import landmarks
 from limner.cli.likeness import likeness
 from limner.cli.tables import figures, tables
@@ -84,6 +85,7 @@ def astronaut() -> Path:
 
 
 evaluate.add_command(landmarks)
+evaluate.add_command(gallery)
 evaluate.add_command(likeness)
 evaluate.add_command(tables)
 evaluate.add_command(figures)

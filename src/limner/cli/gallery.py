@@ -1,0 +1,56 @@
+"""``limner evaluate gallery``: photos of faces in, one sheet of them beside their drawings out."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from limner import storage
+from limner.cli import options
+from limner.evaluate.gallery import gallery as draw_gallery
+from limner.pipeline import Settings
+from limner.targets.sheet import Tile, to_png, to_sheet
+
+
+@click.command()
+@click.argument("photos", nargs=-1, required=True, metavar="PHOTO...")
+@click.option("--out", "-o", default="gallery.png", show_default=True, metavar="FILE", help="Where to, a .png.")
+@click.option("--styles", default="canny,gabor,portrait", show_default=True, metavar="NAMES", help="Joined by commas.")
+@click.option(
+    "--across", type=click.IntRange(1, 20), default=2, show_default=True, metavar="N", help="Photos side by side."
+)
+@click.option(
+    "--width", type=click.IntRange(40, 2000), default=180, show_default=True, metavar="PX", help="Of a picture [px]."
+)
+@options.drawing_options
+@options.settings_options
+@options.json_option
+@click.pass_context
+def gallery(
+    ctx: click.Context,
+    photos: tuple[str, ...],
+    out: str,
+    styles: str,
+    across: int,
+    width: int,
+    save_settings: Path | None,
+    as_json: bool,
+) -> None:
+    """Draw every PHOTO in some styles, each beside its photo on one sheet, to be judged by eye.
+
+    The largest face of each photo is drawn, without a budget unless one is given.
+    """
+    settings = options.chosen_settings(ctx, Settings, save_settings)
+    options.check_suffix(out, ".png")
+    names = [name.strip() for name in styles.split(",")]
+    tiles: list[Tile] = []
+    for path, row in zip(photos, draw_gallery(photos, names, settings), strict=True):
+        tiles += row
+        click.echo(f"{path}: {row[-1].title}: {row[-1].note}", err=True)
+    storage.write_whole(out, to_png(to_sheet(tiles, columns=across * (1 + len(names)), tile_px=width)))
+    if as_json:
+        click.echo(json.dumps({"out": [out], "photos": len(photos), "styles": names}))
+    else:
+        click.echo(out, err=True)
