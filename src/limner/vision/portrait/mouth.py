@@ -7,7 +7,7 @@ import numpy as np
 from limner import geometry
 from limner.types import Face, Floats
 from limner.vision.portrait.band import lenses
-from limner.vision.portrait.follow import follow, settle
+from limner.vision.portrait.follow import Manner, follow, settle
 from limner.vision.portrait.marks import Mark, curve, runs
 from limner.vision.portrait.seen import FlowSettings, Seen, look_at_light
 
@@ -16,6 +16,8 @@ SEEN = 0.05
 
 REDNESS = 1.5
 """How much redder counts as darker where the lips begin: often they are no darker than the skin."""
+
+MANNER = Manner(stiff=0.06, smooth_px=4)
 
 OPEN = 0.045
 """Inner lips farther apart than this show teeth or the mouth's dark [outer-eye distances]."""
@@ -30,7 +32,7 @@ def draw_mouth(seen: Seen, face: Face, flow: FlowSettings) -> list[Mark]:
     if gap > OPEN:
         guides.append(curve(marks[[48, 60, 67, 66, 65, 64, 54]]))
     shift = settle(seen, guides, 0.09 * unit, seen.coarse)
-    lines = [follow(seen, guide + shift, 0.04 * unit, seen.fine) for guide in (guides[0], *guides[3:])]
+    lines = [follow(seen, guide + shift, 0.04 * unit, seen.fine, MANNER) for guide in (guides[0], *guides[3:])]
     between = lines[0].line
     found = [Mark(between, "mouth", 1.2)]
     found += [Mark(line, "mouth", 0.8) for line in lenses(seen, between, unit)]
@@ -38,7 +40,7 @@ def draw_mouth(seen: Seen, face: Face, flow: FlowSettings) -> list[Mark]:
         found += [Mark(part, "mouth") for part in lip.parts(SEEN, 0.2 * unit, 0.1 * unit)]
     redness, offset = _lips(seen, face, flow)
     for guide in guides[1:3]:
-        lip = follow(redness, guide + shift - offset, 0.035 * unit, redness.fine)
+        lip = follow(redness, guide + shift - offset, 0.035 * unit, redness.fine, MANNER)
         for part in lip.parts(SEEN, 0.1 * unit, 0.1 * unit):
             found += [Mark(line, "mouth", 0.7) for line in _clear_of(part + offset, between, 3.0)]
     return found

@@ -57,7 +57,7 @@ OUTLINE = 0.04
 FAR = 1.15
 """How far out of the head's ellipse only what is clear is taken for hair."""
 
-AWAY, HANGING = 0.6, 0.75
+AWAY, HANGING = 0.6, 0.5
 """Cosine to the way out of the head from which a line leads away, and to the vertical from which it hangs."""
 
 GAP, GAP_BEND = 0.12, np.deg2rad(30)
