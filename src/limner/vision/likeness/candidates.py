@@ -20,8 +20,8 @@ SHORT, SCRAPS_COST, BESIDE_COST = 0.1, 0.15, 0.1
 """Strokes shorter than this [outer-eye distances], 8 mm on a face of 200 mm, are scraps; what a drawing of nothing but
 scraps, or of nothing but body and background, loses of its likeness."""
 
-TIE = 0.02
-"""A later style must be better by more than this."""
+TIE = 0.06
+"""A later style must be better by more than this: smaller differences mean little."""
 
 
 @dataclass(frozen=True)
