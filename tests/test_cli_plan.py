@@ -93,6 +93,16 @@ def test_mistakes_are_named_in_one_line(run, tmp_path, arguments, code, words):
     assert sorted(tmp_path.iterdir()) == before
 
 
+def test_a_machine_is_written_to_be_changed(run, tmp_path):
+    assert run("plan", "d.svg", "-m", "grbl", "--save-machine", "mine.toml")[0] == 0
+    assert load_machine(str(tmp_path / "mine.toml")) == load_machine("grbl")
+    text = (tmp_path / "mine.toml").read_text()
+    assert "# Greatest speed with the pen down [mm/s" in text
+    (tmp_path / "mine.toml").write_text(text.replace("draw_mm_s = 40.0", "draw_mm_s = 4.0"))
+    slow = json.loads(run("plan", "d.svg", "-m", "mine.toml", "--json")[1])
+    assert slow["draw_s"] > 8 * json.loads(run("plan", "d.svg", "-m", "grbl", "--json")[1])["draw_s"]
+
+
 def test_gcode_is_written_at_the_speed_of_the_machine(run, tmp_path):
     assert run("plan", "d.svg", "-o", "a.gcode", "-o", "a.hpgl", "--set", "gcode.pen=z")[0] == 0
     text = (tmp_path / "a.gcode").read_text()

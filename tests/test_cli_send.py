@@ -194,7 +194,7 @@ def test_it_asks_shows_the_time_left_pauses_and_goes_on(tmp_path, run, plotter):
     terminal.press("y\r")
     wait_for(lambda: len(plotter.fake.ink) >= 4)
     terminal.press(" ")
-    terminal.until("pausing with the pen up")
+    terminal.until("paused with the pen up; space goes on")
     wait_for(lambda: not plotter.fake.pen_down and plotter.fake._state() == "Idle")
     drawn = len(plotter.fake.ink)
     time.sleep(0.5)

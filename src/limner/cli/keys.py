@@ -23,7 +23,7 @@ def interrupts(control: Control, tell: Callable[[str], None]) -> Iterator[None]:
         if control.stop:
             raise KeyboardInterrupt
         control.stop = True
-        tell("stopping with the pen up; once more to stop at once")
+        tell("stopping; Ctrl-C again: at once")
 
     before = {which: signal.signal(which, handle) for which in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -53,7 +53,7 @@ def pause_key(control: Control, tell: Callable[[str], None]) -> Iterator[None]:
         while not ended.is_set():
             if select.select([file], [], [], LOOK_S)[0] and sys.stdin.read(1) == " ":
                 control.pause = not control.pause
-                tell("pausing with the pen up; space goes on" if control.pause else "going on")
+                tell("pausing" if control.pause else "going on")
 
     thread = threading.Thread(target=watch, daemon=True)
     tty.setcbreak(file)

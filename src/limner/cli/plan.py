@@ -17,6 +17,7 @@ from limner.motion.cost import Costs, costs
 from limner.motion.machine import load_machine
 from limner.motion.pen import plan as plan_path
 from limner.pipeline import Settings
+from limner.settings import write_toml
 from limner.targets import animation, files, joints, movie
 from limner.types import Drawing, PenPath
 
@@ -27,7 +28,13 @@ MOVIES: dict[str, Callable[[Drawing, PenPath, float], bytes]] = {
 }
 """What a film can be saved as."""
 
-_PLOTTER = {"--machine": "machine", "--fit": "shrink", "--movie": "film", "--path": "path_file"}
+_PLOTTER = {
+    "--machine": "machine",
+    "--fit": "shrink",
+    "--movie": "film",
+    "--path": "path_file",
+    "--save-machine": "save_machine",
+}
 _ARM = {"--calibration": "calibration", "--waypoints": "waypoints", "--reach": "reach"}
 
 
@@ -65,6 +72,7 @@ _ARM = {"--calibration": "calibration", "--waypoints": "waypoints", "--reach": "
 )
 @click.option("--waypoints", metavar="FILE", help="With --robot: write the poses of the pen's tip as .json.")
 @click.option("--reach", metavar="FILE", help="With --robot: write a map of where the pen can be held as .png.")
+@click.option("--save-machine", metavar="FILE", help="Write the machine as .toml, to change and use as --machine.")
 @options.settings_options
 @options.json_option
 @click.pass_context
@@ -77,6 +85,7 @@ def plan(
     film: str | None,
     movie_time: str,
     path_file: str | None,
+    save_machine: str | None,
     robot: str | None,
     calibration: str | None,
     waypoints: str | None,
@@ -108,6 +117,8 @@ def plan(
         raise BadInput(f"{film}: cannot save a film as '{Path(film).suffix}'; choose {', '.join(MOVIES)}")
     film_s = units.parse_time_s(movie_time, "--movie-time")
     mover = load_machine(machine or "axidraw")
+    if save_machine is not None:
+        storage.write_whole(save_machine, write_toml(mover).encode())
     placed = machines.placed(drawing, mover, shrink)
     told = costs(placed, mover)
     for file in out:
@@ -119,7 +130,7 @@ def plan(
             storage.write_whole(film, MOVIES[Path(film).suffix.lower()](placed, path, film_s))
         if path_file is not None:
             storage.save(path, path_file)
-    written = [*out, *filter(None, (film, path_file))]
+    written = [*out, *filter(None, (film, path_file, save_machine))]
     if as_json:
         click.echo(json.dumps({**dataclasses.asdict(told), "machine": mover.to_dict(), "out": written}))
     else:

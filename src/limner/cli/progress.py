@@ -6,24 +6,31 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 Watch = Callable[[str, int, int, str], None]
 """Told what is being done, how much of it is done, of how much, and a few words."""
 
 
 @contextmanager
-def bars() -> Iterator[Watch]:
-    """One bar for each kind of work, in the order in which they begin."""
+def bars(clocks: bool = True) -> Iterator[Watch]:
+    """One bar for each kind of work, in the order in which they begin.
+
+    Args:
+        clocks: count the work, tell the time behind and guess the time left; for work that does not say them itself.
+    """
     console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description:<14}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
-    )
+    counts = [TextColumn("{task.completed:.0f}/{task.total:.0f}"), TimeElapsedColumn(), TimeRemainingColumn()]
+    columns: list[ProgressColumn] = [TextColumn("{task.description:<14}"), BarColumn()]
+    columns += [*(counts if clocks else []), TextColumn("{task.fields[note]}")]
     with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
         tasks: dict[str, TaskID] = {}
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from limner.cli import machines, options
 from limner.cli.keys import interrupts, pause_key
-from limner.cli.plan import clock
+from limner.cli.plan import clock, many
 from limner.cli.progress import Watch, bars
 from limner.errors import BadInput
 from limner.motion.cost import seconds, stroke_begins
@@ -124,7 +124,9 @@ def _ask(name: str, to: str, machine: Machine, drawing: Drawing, left: Place | N
     if not sys.stdin.isatty():
         raise BadInput("it asks before the machine moves, and nobody is there to answer; add --yes")
     count = len(drawing.lines_mm)
-    click.echo(f"{name}: {count} strokes, {clock(seconds(drawing, machine))} on {machine.name} at {to}", err=True)
+    click.echo(
+        f"{name}: {many(count, 'stroke')}, {clock(seconds(drawing, machine))} on {machine.name} at {to}", err=True
+    )
     if left is not None and 0 < left.stroke < count:
         click.echo(f"{left.stroke} of them were drawn before; --resume goes on there, this begins anew", err=True)
     corner = machine.home.replace("-", " ")
@@ -135,25 +137,39 @@ def _ask(name: str, to: str, machine: Machine, drawing: Drawing, left: Place | N
 
 def _send(drawing: Drawing, target: Callable[[], Target], journal: Journal, machine: Machine, *, quiet: bool) -> Place:
     control = Control()
-
-    def tell(text: str) -> None:
-        if not quiet:
-            click.echo(f"\r{text}", err=True)
-
-    with bars() as watch, interrupts(control, tell), pause_key(control, tell):
-        return send_drawing(drawing, target(), journal, control, _progress(watch, drawing, machine))
+    with bars(clocks=False) as watch:
+        shown = _Shown(watch, drawing, machine, quiet=quiet)
+        with interrupts(control, shown.say), pause_key(control, shown.say):
+            return send_drawing(drawing, target(), journal, control, shown.place)
 
 
-def _progress(watch: Watch, drawing: Drawing, machine: Machine) -> Callable[[Place, bool], None]:
-    """Tell the planned time that is behind and left, by stroke."""
-    begins, total, strokes = stroke_begins(drawing, machine), seconds(drawing, machine), len(drawing.lines_mm)
+class _Shown:
+    """Tells the planned time that is left, by stroke, and what the user's keys do."""
 
-    def tell(place: Place, waits: bool) -> None:
-        done = float(begins[place.stroke])
-        state = "paused" if waits else f"{clock(total - done)} left"
-        watch("drawing", round(done), round(total), f"stroke {place.stroke + 1} of {strokes}, {state}")
+    def __init__(self, watch: Watch, drawing: Drawing, machine: Machine, *, quiet: bool) -> None:
+        self._watch, self._quiet = watch, quiet
+        self._begins, self._total = stroke_begins(drawing, machine), seconds(drawing, machine)
+        self._at = 0
 
-    return tell
+    def place(self, place: Place, waits: bool) -> None:
+        """Where the pen goes on, and whether it waits there."""
+        self._at = place.stroke
+        self._show("paused with the pen up; space goes on" if waits else f"{clock(self._total - self._done)} left")
+
+    def say(self, text: str) -> None:
+        """What happens next."""
+        if sys.stderr.isatty():
+            self._show(text)
+        elif not self._quiet:
+            click.echo(text, err=True)
+
+    @property
+    def _done(self) -> float:
+        return float(self._begins[self._at])
+
+    def _show(self, text: str) -> None:
+        stroke = f"stroke {self._at + 1} of {len(self._begins)}"
+        self._watch("drawing", round(self._done), round(self._total), f"{stroke}, {text}")
 
 
 def _tell(drawing: Drawing, began: Place, ended: Place, journal: str, as_json: bool) -> None:
@@ -163,6 +179,6 @@ def _tell(drawing: Drawing, began: Place, ended: Place, journal: str, as_json: b
         report = {"strokes": count, "began": began.stroke, "drawn": ended.stroke, "finished": finished}
         click.echo(json.dumps(report | {"journal": None if finished else journal}))
     elif finished:
-        click.echo(f"drawn: {count} strokes", err=True)
+        click.echo(f"drawn: {many(count, 'stroke')}", err=True)
     else:
-        click.echo(f"stopped with the pen up: {ended.stroke} of {count} strokes are drawn; --resume goes on", err=True)
+        click.echo(f"stopped with the pen up: {ended.stroke} of {count} drawn; --resume goes on", err=True)

@@ -17,7 +17,7 @@ from limner.types import Floats
 RX_BYTES = 127
 """GRBL's serial buffer has 128 bytes and keeps one free."""
 
-BANNER = re.compile(r"Grbl \d")
+BANNER = re.compile(r"Grbl(HAL)? \d", re.IGNORECASE)
 
 _RESET, _HOLD, _STATUS = b"\x18", b"!", b"?"
 _TALK = re.compile(r"\[.*\]|\$.*|>.*")  # messages, settings, start-up lines: not answers to what we send
