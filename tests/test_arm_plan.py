@@ -256,3 +256,13 @@ def test_options_that_do_not_go_together_are_refused(run, arguments):
     code, out, err = run("plan", "d.json", *arguments)
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
+
+
+def test_points_a_hair_apart_do_not_make_the_arm_jerk(planned):
+    robot, _, placed, _ = planned
+    line = np.array([[60, 60], [60, 60.00005], [80, 60], [80, 60.00005], [80, 90.0]])
+    hops = (line, line + (0.00005, 31), line[::-1] + 0.0001)
+    made = Drawing(hops, ("face",) * 3, np.ones(3))
+    path = lifted_path(made, LiftSettings(lift_mm=4, clear_mm=1.5))
+    q, _ = inverse(robot).follow(placed.tips(path.points_mm))
+    check(retime(robot, path, q, RetimeSettings()), robot)

@@ -112,6 +112,7 @@ class _Builder:
         self._add(_blended(geometry.without_repeats(corners), cut, self.settings.spacing_mm), -1)
 
     def _add(self, points: Floats, index: int) -> None:
+        points = _apart(points)
         if len(points) < 2:
             return
         count = len(points) - 1
@@ -122,6 +123,22 @@ class _Builder:
 
     def path(self) -> LiftedPath:
         return LiftedPath(np.concatenate(self.points), np.array(self.down), np.array(self.stroke), np.array(self.stop))
+
+
+def _apart(points: Floats, least_mm: float = 0.02) -> Floats:
+    """Points without those that nearly coincide with one before; both ends stay.
+
+    A smooth curve through two points a hair apart may turn there without bound.
+    """
+    if len(points) < 3:
+        return points
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    kept, last = [0], 0.0
+    for i in range(1, len(points) - 1):
+        if along[i] - last >= least_mm and along[-1] - along[i] >= least_mm:
+            kept.append(i)
+            last = along[i]
+    return points[[*kept, len(points) - 1]]
 
 
 def _rounded(line: Floats, tolerance: float, spacing: float) -> Floats:

@@ -163,6 +163,9 @@ class _Timer:
         stretch = self._stretch(motion, np.linspace(0, motion.duration, max(50, int(motion.duration / 0.002))), drawing)
         t = np.linspace(0, motion.duration, max(2, int(np.ceil(stretch * motion.duration / settings.sample_s)) + 1))
         stretch = max(stretch, self._stretch(motion, t, drawing))
+        # Between samples the velocity must not change faster than the limits of acceleration allow either.
+        change = np.abs(np.diff(np.asarray(motion(t, 1)), axis=0)) / (t[1] - t[0])
+        stretch = max(stretch, float(np.sqrt((change / self.limits[drawing][1]).max())))
         q, qd, qdd = (np.asarray(motion(t, order))[:, : self.dof] / stretch**order for order in (0, 1, 2))
         return stretch * t, q, qd, qdd
 
