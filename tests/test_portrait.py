@@ -7,7 +7,7 @@ from limner.types import Face, Photo
 from limner.vision.head import face_outline
 from limner.vision.lines import LineSettings, draw_lines
 from limner.vision.portrait.band import fill, measure, tapered
-from limner.vision.portrait.eyes import draw_eyes
+from limner.vision.portrait.eyes import draw_eyes, hatched
 from limner.vision.portrait.follow import follow, normals, settle
 from limner.vision.portrait.grow import Rule, grow
 from limner.vision.portrait.seen import FlowSettings, look_at
@@ -277,3 +277,12 @@ def test_lines_of_the_background_do_not_lead_away_from_the_head():
         cv2.line(rgb, (395, row), (559, row), (90, 90, 90), 3)
     shelf = np.abs(ink(portrait(Photo(rgb), face).lines_px)[:, 0] - 285)
     assert (shelf > 150).mean() < (np.abs(ink(portrait(photo, face).lines_px)[:, 0] - 285) > 150).mean() + 0.03
+
+
+def test_a_pupil_is_filled_but_for_its_glint():
+    hatch = hatched(np.array([10.0, 20.0]), 4.0) - [10.0, 20.0]
+    assert np.hypot(*hatch.T).max() <= 4.0 + 1e-9
+    y, x = np.mgrid[-2:2.1:0.5, -2:2.1:0.5]
+    away = np.hypot(x[..., None] - hatch[:, 0], y[..., None] - hatch[:, 1]).min(axis=-1)
+    assert away[(y > 0)].max() < 1.0
+    assert away[(y < -1.3) & (x > 1.3)].min() > 0.9

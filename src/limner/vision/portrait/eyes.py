@@ -37,6 +37,9 @@ OPEN, LIKELY_IRIS = 0.05, 0.066
 HATCH_PX = 1.5
 """Distance of the strokes that fill the pupil: about a pen's width."""
 
+GLINT = -0.2
+"""Above this the right half of the pupil shines, in its radii below the middle."""
+
 LIGHT_PUPIL, DARK_PUPIL, DARK_IRIS = 0.42, 0.6, -1.5
 """Radius of the pupil over that of the iris, in light and in dark irises; and the lightness between the two."""
 
@@ -138,17 +141,23 @@ def _iris(seen: Seen, disc: Disc, opening: Floats) -> list[Mark]:
     marks = [Mark(arc, "eye") for arc in _visible(rim, opening)]
     ground = float(seen.at(seen.light, disc.centre + 0.75 * (rim - disc.centre)).mean())
     size = LIGHT_PUPIL if ground > DARK_IRIS else DARK_PUPIL
-    hatch = _hatched(disc.centre, size * disc.radius)
+    hatch = hatched(disc.centre, size * disc.radius)
     return [*marks, *(Mark(part, "eye", 1.5) for part in _visible(hatch, opening))]
 
 
-def _hatched(centre: Floats, radius: float) -> Floats:
-    """One stroke to and fro (n, 2) that fills a disc."""
+def hatched(centre: Floats, radius: float) -> Floats:
+    """One stroke to and fro (n, 2) that fills a disc but for a glint at the upper right.
+
+    Args:
+        centre: (2,) of the disc.
+        radius: of the disc.
+    """
     rows = np.linspace(-0.9, 0.9, max(3, round(2 * radius / HATCH_PX)))
-    half = np.sqrt(1 - rows**2)
-    side = np.where(np.arange(len(rows)) % 2 == 0, 1, -1)
-    ends = np.stack([np.stack([-side * half, rows], axis=1), np.stack([side * half, rows], axis=1)], axis=1)
-    return centre + radius * geometry.resample(ends.reshape(-1, 2), 0.15)
+    left, right = -np.sqrt(1 - rows**2), np.where(rows < GLINT, 0.0, np.sqrt(1 - rows**2))
+    forth = (np.arange(len(rows)) % 2 == 0)[:, None]
+    ends = np.where(forth, np.stack([left, right], axis=1), np.stack([right, left], axis=1))
+    zigzag = np.stack([ends, np.repeat(rows[:, None], 2, axis=1)], axis=2).reshape(-1, 2)
+    return centre + radius * geometry.resample(zigzag, 0.15)
 
 
 def _visible(line: Floats, opening: Floats) -> list[Floats]:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from limner.types import REGIONS, Face
+from limner.types import REGIONS, Face, Floats
 from limner.vision.chains import join_gaps
 from limner.vision.edges.flow import Flow
 from limner.vision.figure import Figure
@@ -25,17 +25,17 @@ Labels = NDArray[np.uint8]
 
 RULES = {
     "eye": Rule(0.03, 0.07, 0.14, 0.04, 0.5, 3),
-    "bag": Rule(0.15, 0.25, 0.25, 0.06, 0.4, 4),
+    "bag": Rule(0.2, 0.35, 0.3, 0.06, 0.4, 4),
     "brow": Rule(0.08, 0.15, 0.25, 0.035, 0.6, 4),
     "nose": Rule(0.025, 0.05, 0.10, 0.05, 0.8, 4),
     "mouth": Rule(0.07, 0.14, 0.2, 0.05, 0.6, 4),
     "jaw": Rule(0.05, 0.10, 0.3, 0.07, 0.8, 6),
     "beard": Rule(0.02, 0.04, 0.12, 0.06, 0.6, 4),
     "ear": Rule(0.04, 0.10, 0.15, 0.04, 0.9, 4),
-    "hair": Rule(0.015, 0.03, 0.25, 0.05, 0.8, 8),
+    "hair": Rule(0.014, 0.025, 0.25, 0.05, 0.8, 8),
     "face": Rule(0.045, 0.09, 0.22, 0.07, 0.8, 5),
     "body": Rule(0.05, 0.12, 0.7, 0.14, 0.8, 8),
-    "far": Rule(0.03, 0.12, 0.3, 0.05, 0.7, 8),
+    "far": Rule(0.03, 0.12, 0.5, 0.05, 0.7, 8),
     "locks": Rule(0.05, 9, 0.25, 0.05, 0.8, 8),
     "background": Rule(9, 9, 9, 0.05, 0, 0),
 }
@@ -56,6 +56,10 @@ OUTLINE = 0.04
 
 FAR = 1.15
 """How far out of the head's ellipse only what is clear is taken for hair."""
+
+ABOVE, CLEAR, NEAR = -0.2, 0.08, 0.9
+"""Above this [outer-eye distances under the eyes] a border of the hair weaker than that is none; then what is farther
+out of the head's ellipse than so much counts as far."""
 
 AWAY, HANGING = 0.6, 0.5
 """Cosine to the way out of the head from which a line leads away, and to the vertical from which it hangs."""
@@ -79,6 +83,8 @@ def draw_rest(seen: Seen, face: Face, figure: Figure, drawn: Sequence[Mark], set
     hair = names.index("hair")
     rules[hair] = dataclasses.replace(rules[hair], apart=settings.hair_apart * unit)
     labels = _labels(face, seen.grey.shape, names, settings.body)
+    if not _clear_outline(seen, face, figure):
+        labels[(labels == hair) & (_out_of_the_head(face, labels.shape) > NEAR)] = names.index("far")
     outside = ~dilated(figure.figure, round(OUTLINE * unit))
     hairy = np.isin(labels, [hair, names.index("far")])
     labels[outside & ~hairy] = names.index("background")
@@ -129,11 +135,28 @@ def _labels(face: Face, shape: Shape, names: list[str], body: float) -> Labels:
     return np.asarray(cv2.resize(labels.reshape(x.shape), shape[::-1], interpolation=cv2.INTER_NEAREST), np.uint8)
 
 
+def _clear_outline(seen: Seen, face: Face, figure: Figure) -> bool:
+    """Whether lines run along the border of the hair, or hair was only supposed where none is: on a bald head."""
+    border = dilated(figure.hair, 1) & ~figure.figure & (_frame_grid(face, seen.grey.shape)[..., 1] < ABOVE)
+    near = np.asarray(cv2.dilate(seen.coarse, np.ones((7, 7), np.uint8)), np.float32)
+    return not border.any() or float(np.median(near[border])) > CLEAR
+
+
+def _out_of_the_head(face: Face, shape: Shape) -> Floats:
+    """How far out of the head's ellipse each pixel (H, W) lies: 1 on it."""
+    return head_ellipse(face).level(_frame_grid(face, shape))
+
+
+def _frame_grid(face: Face, shape: Shape) -> Floats:
+    """Each pixel (H, W, 2) in the frame of the face."""
+    y, x = np.indices(shape, np.float64)
+    return face_frame(face).from_photo(np.stack([x, y], axis=-1))
+
+
 def _leading_away(flow: Flow, face: Face) -> Mask:
     """Where (H, W) lines lead away from the head, and do not hang down either as hair does."""
     frame, head = face_frame(face), head_ellipse(face)
-    y, x = np.indices(flow.x.shape, np.float64)
-    slope = (frame.from_photo(np.stack([x, y], axis=-1)) - head.centre) / head.radii**2 @ frame.axes_px
+    slope = (_frame_grid(face, flow.x.shape) - head.centre) / head.radii**2 @ frame.axes_px
     slope /= np.maximum(np.hypot(slope[..., 0], slope[..., 1]), 1e-9)[..., None]
     down = frame.axes_px[1] / np.hypot(*frame.axes_px[1])
     outward = np.abs(flow.x * slope[..., 0] + flow.y * slope[..., 1])

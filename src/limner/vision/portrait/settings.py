@@ -15,7 +15,7 @@ class PortraitSettings(SettingsGroup):
     flow: FlowSettings = group(FlowSettings)
     detail: float = setting(1.0, "lines this many times fainter than usual are drawn too", low=0.1, high=10)
     hair_apart: float = setting(
-        0.05, "strands of hair keep this distance", unit="outer-eye distances", low=0.01, high=1
+        0.042, "strands of hair keep this distance", unit="outer-eye distances", low=0.01, high=1
     )
     brow_strokes: int = setting(5, "a thick brow has at most this many strokes", low=1, high=12)
     body: float = setting(
