@@ -18,7 +18,7 @@ from limner.vision.figure import Figure
 from limner.vision.hatching import direction
 from limner.vision.hatching.darkness import darkness, within
 from limner.vision.hatching.streamlines import Ground, streamlines
-from limner.vision.head import BROWS, EYES, INNER_LIPS, LIPS, face_outline
+from limner.vision.head import BROWS, EYES, INNER_LIPS, LIPS, face_frame, face_outline
 from limner.vision.raster import Image, Mask, blurred, dilated, filled, pieces
 
 NONE = "none"
@@ -71,7 +71,10 @@ FADE = 0.12
 CALM = {"brow": 0.015, "lips": 0.015, "face": 0.09, "neck": 0.07}
 """Over what tones are averaged, 0.04 elsewhere: wrinkles are lines, not tone [outer-eye distances]."""
 
-DENSER = {"hair": 0.85, "beard": 0.65}
+BUST = np.array([1.7, 1.15])
+"""How far from the chin, aside and below, clothes are shaded [outer-eye distances]."""
+
+DENSER = {"hair": 0.85, "beard": 0.65, "body": 1.3}
 """Spacing against that of skin as dark."""
 
 EYE_ROOM = 0.05
@@ -133,8 +136,9 @@ def hatch(photo: Photo, face: Face, figure: Figure, lines: Strokes, settings: To
         raise BadInput(f"tone: '{settings.level}' is no level of hatching; choose from {', '.join(LEVELS)}")
     level, unit = LEVELS[settings.level], face.outer_eye_px
     area = areas(face, figure)
-    dark = _tones(darkness(photo, face, figure), area, face, settings)
-    ground = _ground(photo, face, dark, area, settings)
+    seen = darkness(photo, face, figure)
+    dark = _tones(seen, area, face, settings)
+    ground = _ground(dark, area, face, _directions(photo, face, seen, area, settings), settings)
     taken = [line for line, region in zip(lines.lines_px, lines.region, strict=True) if region in KEPT_CLEAR]
     strokes = streamlines(ground, taken, settings.shortest * unit)
     if level.crossed_from < 1:
@@ -177,11 +181,23 @@ def _tones(dark: Image, area: NDArray[np.uint8], face: Face, settings: ToneSetti
         if name in ("hair", "body"):
             low, high = np.percentile(calm[mask], [5, 90])
             calm = calm * (0.6 + 0.4 * np.clip((calm - low) / max(high - low, 0.05), 0, 1))
-        tones[mask] = calm[mask] * (settings.clothes if name == "body" else 1)
+        if name == "body":
+            calm = calm * np.float32(settings.clothes) * _near_neck(face, mask.shape)
+        tones[mask] = calm[mask]
     return tones
 
 
-def _ground(photo: Photo, face: Face, dark: Image, area: NDArray[np.uint8], settings: ToneSettings) -> Ground:
+def _near_neck(face: Face, shape: tuple[int, ...]) -> Image:
+    """1 at the neck (H, W), falling to 0 below the shoulders: a bust fades out."""
+    frame = face_frame(face)
+    place = frame.from_photo(np.moveaxis(np.indices(shape)[::-1], 0, -1).astype(np.float64))
+    chin = frame.from_photo(face.points_px[8])
+    far = np.hypot(*np.moveaxis((place - chin) / BUST, -1, 0))
+    near: Image = np.clip(2.5 * (1 - far), 0, 1).astype(np.float32)
+    return near
+
+
+def _ground(dark: Image, area: NDArray[np.uint8], face: Face, doubled: Image, settings: ToneSettings) -> Ground:
     level, unit = LEVELS[settings.level], face.outer_eye_px
     starts = {
         "hair": level.from_hair,
@@ -196,7 +212,7 @@ def _ground(photo: Photo, face: Face, dark: Image, area: NDArray[np.uint8], sett
     spacing = np.where(area == AREAS.index("brow"), BROW_SPACING, spacing)
     shaded = (dark > start) & ~_islands((dark > start) & (area == AREAS.index("face")), ISLAND * unit**2)
     spacing = np.where(shaded, unit * np.maximum(spacing, settings.closest), 0).astype(np.float32)
-    cos, sin = direction.halved(_directions(photo, face, dark, area, settings))
+    cos, sin = direction.halved(doubled)
     return Ground(cos, sin, spacing, ((dark - start) / FADE).astype(np.float32), area)
 
 
@@ -208,7 +224,7 @@ def _islands(mask: Mask, least_px: float) -> Mask:
 
 
 def _directions(photo: Photo, face: Face, dark: Image, area: NDArray[np.uint8], settings: ToneSettings) -> Image:
-    """Twice the direction (2, H, W): along strands of hair, bent by the form on skin."""
+    """Twice the direction (2, H, W): along strands of hair, bent by the form on skin, straight on clothes."""
     base = direction.parallel(face, settings.angle_deg, area.shape)
     if settings.hatch == "parallel":
         return base
@@ -219,7 +235,7 @@ def _directions(photo: Photo, face: Face, dark: Image, area: NDArray[np.uint8], 
     )
     form = direction.along_strands(blurred(dark, 0.1 * unit), base, 0.2 * unit, 3e-5)
     hairy = np.isin(area, [AREAS.index(name) for name in ("hair", "brow", "beard")])
-    return np.where(hairy, strands, form)
+    return np.where(hairy, strands, np.where(area == AREAS.index("body"), base, form))
 
 
 def _crossed(ground: Ground, dark: Image, level: Level) -> Ground:
