@@ -16,6 +16,8 @@ from limner.motion.area import check_area
 from limner.motion.cost import costs, seconds, stroke_begins, stroke_seconds
 from limner.motion.machine import CORNERS, MACHINES, Machine, load_machine
 from limner.motion.pen import CHORD_MM, plan
+from limner.motion.profile import profile
+from limner.motion.route import route
 from limner.types import Drawing, Page
 
 SLACK = 1e-6
@@ -68,6 +70,27 @@ def test_limits_hold_everywhere(drawing, machine):
     change = np.abs(np.diff(speed)) - acceleration * (dt[1:] + dt[:-1]) / 2
     noise = 1e-9 * 200 / np.maximum(np.minimum(dt[1:], dt[:-1]), 1e-12)  # of positions, over a short time
     assert (change <= acceleration * 1e-6 + noise + 1e-6)[straight].all()
+
+
+@given(drawings(least=1), machines())
+def test_corners_are_passed_no_faster_than_their_rule_allows(drawing, machine):
+    home = machine.home_mm(drawing.page)
+    moves = route(drawing, home, home)
+    fast = profile(moves, machine)
+    along = np.diff(moves.vertices_mm, axis=0)
+    for k in range(len(along) - 1):
+        assert fast.end_mm_s[k] == pytest.approx(fast.start_mm_s[k + 1], abs=1e-9) or machine.point_s
+        if not (moves.draws[k] and moves.draws[k + 1] and along[k].any() and along[k + 1].any()):
+            assert fast.end_mm_s[k] == 0, "at rest where the pen goes up or down, and at dots"
+            continue
+        one, two = along[k], along[k + 1]
+        turn = np.abs((np.arctan2(two[1], two[0]) - np.arctan2(one[1], one[0]) + np.pi) % (2 * np.pi) - np.pi)
+        reach = (np.hypot(*one) + np.hypot(*two)) / 2
+        allowed = machine.corner_speeds(np.array([turn]), np.array([reach]))[0]
+        assert fast.end_mm_s[k] <= allowed * (1 + 1e-6) + 1e-6
+    acceleration = np.where(moves.draws, machine.draw_mm_s2, machine.travel_mm_s2)
+    change = np.abs(fast.end_mm_s**2 - fast.start_mm_s**2)
+    assert (change <= 2 * acceleration * fast.length_mm * (1 + 1e-9) + 1e-6).all(), "no corner comes too soon"
 
 
 @given(drawings(least=1), machines())

@@ -92,10 +92,10 @@ def no_more_than_a_step_off(fake, drawing):
     ink = np.array([segment for segment in fake.ink if segment[0] != segment[1]]).reshape(-1, 2, 2)
     total = np.hypot(*(ink[:, 1] - ink[:, 0]).T).sum()
     assert total == pytest.approx(geometry.total_length(drawing.lines_mm), rel=0.01, abs=0.05)
-    points = np.concatenate([ink.reshape(-1, 2), *(np.array(s[:1]) for s in fake.ink if s[0] == s[1])])
-    for line in drawing.lines_mm:
-        for vertex in line:
-            assert np.hypot(*(points - vertex).T).min() < 0.05
+    every = np.array(fake.ink).reshape(-1, 2, 2)
+    for vertex in np.concatenate(drawing.lines_mm):
+        assert geometry.distance_to_segments(np.tile(vertex, (len(every), 1)), every[:, 0], every[:, 1]).min() < 0.05
+    points = every.reshape(-1, 2)
     ends = [(line[i], line[i + 1]) for line in drawing.lines_mm for i in range(max(len(line) - 1, 0))]
     ends += [(line[0], line[0]) for line in drawing.lines_mm if len(line) == 1]
     distance = np.min([geometry.distance_to_segments(points, a, b) for a, b in ends], axis=0)
