@@ -6,7 +6,7 @@ from limner.types import Photo
 from limner.vision.figure import FigureSettings, find_figure
 from limner.vision.raster import filled
 from limner.vision.scale import ScaleSettings, to_working_scale
-from portraits import astronaut, london, mirrored, plain_face, resized
+from portraits import astronaut, face_of, london, mirrored, plain_face, resized
 
 SETTINGS = FigureSettings()
 PARTS = ("skin", "hair", "body")
@@ -142,3 +142,15 @@ def test_the_head_before_a_plain_ground_is_found(shared, name):
     assert figure.figure[:chin][dark].mean() > 0.93
     corner = figure.figure[: chin // 3, : figure.figure.shape[1] // 6]
     assert not corner.any()
+
+
+def test_a_dark_column_above_the_head_is_background(person):
+    working, figure = person
+    top = int(np.nonzero(figure.figure.any(axis=1))[0][0])
+    tall = cv2.copyMakeBorder(working.photo.rgb, 60, 0, 0, 0, cv2.BORDER_REPLICATE)
+    middle = int(working.face.points_px[27, 0])
+    tall[: top + 80, middle - 40 : middle + 40] = tall[top + 100, middle]
+    face = face_of(working.face.points_px + np.array([0, 60]))
+    found_figure = find_figure(Photo(tall), face, SETTINGS).figure
+    assert not found_figure[:40, middle - 40 : middle + 40].any()
+    assert shared_part(found_figure[60:], figure.figure) > 0.9

@@ -191,3 +191,13 @@ def test_a_blank_photo_gives_hardly_any_hatching(parts, value):
     blank = Photo(np.full((*figure.figure.shape, 3), value, np.uint8))
     strokes = hatch(blank, face, figure, NO_LINES, ToneSettings(level="medium"))
     assert geometry.total_length(strokes.lines_px) == 0
+
+
+def test_a_budget_cuts_tone_before_lines():
+    from limner import draw
+
+    photo, face = astronaut()
+    plain = draw(photo, face=face, style="splines")
+    shaded = draw(photo, face=face, style="splines", tone__level="medium", points=plain.drawing.points)
+    assert len(shaded.drawing.lines_mm) <= len(plain.drawing.lines_mm) + 10
+    assert shaded.drawing.weight.sum() > 0.95 * plain.drawing.weight.sum()
