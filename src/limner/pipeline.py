@@ -28,6 +28,7 @@ from limner.targets.ebb import EbbSettings
 from limner.targets.files import FORMATS as FORMATS, check_format as check_format, to_bytes
 from limner.targets.gcode import GcodeSettings
 from limner.targets.svg import SvgSettings
+from limner.targets.urscript import UrSettings
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
 from limner.vision.landmarks import DetectSettings, choose, detect
 from limner.vision.likeness.candidates import AUTO, AUTO_STYLES, Candidate, best, candidate
@@ -77,6 +78,7 @@ class Settings(LineSettings):
     gcode: GcodeSettings = group(GcodeSettings)
     ebb: EbbSettings = group(EbbSettings)
     arm: ArmSettings = group(ArmSettings)
+    ur: UrSettings = group(UrSettings)
 
 
 @dataclass(frozen=True)

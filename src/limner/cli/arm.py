@@ -18,14 +18,18 @@ from limner.motion.arm.place import reach_map
 from limner.motion.arm.plan import ArmPlan, ArmSettings, plan_arm
 from limner.motion.arm.robot import Robot
 from limner.motion.arm.robots import load_robot
-from limner.targets import joints, reach_picture
+from limner.pipeline import Settings
+from limner.targets import joints, reach_picture, urscript
 from limner.targets.files import read_drawing
+
+FORMATS = (*joints.FORMATS, urscript.SUFFIX)
+"""What the motion of an arm can be saved as."""
 
 
 def plan(
     drawing: str,
     robot: str,
-    settings: ArmSettings,
+    settings: Settings,
     *,
     out: tuple[str, ...],
     calibration: str | None,
@@ -38,7 +42,7 @@ def plan(
     Args:
         drawing: file of the drawing.
         robot: name or URDF.
-        settings: of the plan.
+        settings: of the plan and of URScript.
         out: files for the trajectory.
         calibration: file of probed points, or None.
         waypoints: file for the poses of the pen, or None.
@@ -49,18 +53,23 @@ def plan(
         LimnerError: whatever stands in the way.
     """
     for file in out:
-        joints.check_format(file)
+        joints.check_format(file, FORMATS)
+    table = joints.waypoints_format(waypoints) if waypoints else ""
     arm = load_robot(robot)
     found = read_calibration(calibration) if calibration else None
-    planned = plan_arm(read_drawing(drawing), arm, settings, found[0] if found else None)
+    planned = plan_arm(read_drawing(drawing), arm, settings.arm, found[0] if found else None)
     report = planned.report() | (found[1] if found else {})
+    tips = tip_poses(planned)
     for file in out:
-        joints.save(planned.trajectory, file)
+        if Path(file).suffix.lower() == urscript.SUFFIX:
+            storage.write_whole(file, urscript.to_urscript(planned.trajectory, tips[:, :3], settings.ur))
+        else:
+            joints.save(planned.trajectory, file)
     if waypoints:
-        poses = joints.waypoints(planned.trajectory, tip_poses(planned))
-        storage.write_whole(waypoints, (json.dumps({"frame": arm.base, "waypoints": poses}) + "\n").encode())
+        poses = joints.waypoints(planned.trajectory, tips)
+        storage.write_whole(waypoints, joints.waypoints_bytes(poses, arm.base, table))
     if reach:
-        storage.write_whole(reach, _reach_png(arm, planned, settings))
+        storage.write_whole(reach, _reach_png(arm, planned, settings.arm))
     report["out"] = [*out, *filter(None, (waypoints, reach))]
     if as_json:
         click.echo(json.dumps(report))

@@ -18,7 +18,7 @@ from limner.motion.machine import load_machine
 from limner.motion.pen import plan as plan_path
 from limner.pipeline import Settings
 from limner.settings import write_toml
-from limner.targets import animation, files, joints, movie
+from limner.targets import animation, files, movie
 from limner.types import Drawing, PenPath
 
 MOVIES: dict[str, Callable[[Drawing, PenPath, float], bytes]] = {
@@ -61,7 +61,7 @@ _ARM = {"--calibration": "calibration", "--waypoints": "waypoints", "--reach": "
     "--robot",
     metavar="NAME",
     help=f"An arm draws instead: {', '.join(ROBOTS)}, or a URDF of your own. --out then takes its motion:"
-    f" {', '.join(joints.FORMATS)}.",
+    f" {', '.join(arm.FORMATS)}.",
 )
 @options.flag("arm.place.at", "--place", metavar="X,Y,Z[,TURN]")
 @click.option(
@@ -70,7 +70,7 @@ _ARM = {"--calibration": "calibration", "--waypoints": "waypoints", "--reach": "
     help="With --robot: points probed on the sheet, the lower left corner first, then one on the lower edge: .json or"
     " .csv in metres.",
 )
-@click.option("--waypoints", metavar="FILE", help="With --robot: write the poses of the pen's tip as .json.")
+@click.option("--waypoints", metavar="FILE", help="With --robot: write the poses of the pen's tip as .json or .csv.")
 @click.option("--reach", metavar="FILE", help="With --robot: write a map of where the pen can be held as .png.")
 @click.option("--save-machine", metavar="FILE", help="Write the machine as .toml, to change and use as --machine.")
 @options.settings_options
@@ -101,7 +101,7 @@ def plan(
         arm.plan(
             drawing,
             robot,
-            settings.arm,
+            settings,
             out=out,
             calibration=calibration,
             waypoints=waypoints,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
+import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +69,31 @@ def waypoints(trajectory: JointTrajectory, tips: Floats) -> list[dict[str, Any]]
     ]
 
 
+def waypoints_format(path: str | Path) -> str:
+    """The path's suffix, if waypoints can be saved as that: ``.json`` or ``.csv``.
+
+    Raises:
+        BadInput: they cannot.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".json", ".csv"):
+        raise BadInput(f"{path}: waypoints cannot be '{suffix}'; choose .json, .csv")
+    return suffix
+
+
+def waypoints_bytes(poses: Sequence[dict[str, Any]], frame: str, suffix: str) -> bytes:
+    """Waypoints as a file: JSON with the name of their frame, or a table of a row each."""
+    if suffix == ".json":
+        return (json.dumps({"frame": frame, "waypoints": poses}) + "\n").encode()
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "down", "stroke"])
+    for pose in poses:
+        numbers = (pose["t_s"], *pose["position_m"], *pose["orientation_wxyz"])
+        writer.writerow([*map(repr, numbers), int(pose["down"]), pose["stroke"]])
+    return text.getvalue().encode()
+
+
 def save(trajectory: JointTrajectory, path: str | Path) -> None:
     """Write a trajectory as one of ``FORMATS``.
 
@@ -90,13 +117,13 @@ def load(path: str | Path) -> JointTrajectory:
     return storage.load(JointTrajectory, path)
 
 
-def check_format(path: str | Path) -> str:
-    """The path's suffix, if a joint trajectory can be saved as that.
+def check_format(path: str | Path, formats: tuple[str, ...] = FORMATS) -> str:
+    """The path's suffix, if it is one of a few that a joint trajectory can be.
 
     Raises:
-        BadInput: it cannot.
+        BadInput: it is not.
     """
     suffix = Path(path).suffix.lower()
-    if suffix not in FORMATS:
-        raise BadInput(f"{path}: a robot's motion cannot be '{suffix}'; choose {', '.join(FORMATS)}")
+    if suffix not in formats:
+        raise BadInput(f"{path}: a robot's motion cannot be '{suffix}'; choose {', '.join(formats)}")
     return suffix
