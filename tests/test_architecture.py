@@ -28,17 +28,18 @@ ALLOWED = {
     "drawing": BASE,
     "motion": BASE,
     "targets": BASE,
-    "pipeline": BASE | {"vision", "drawing", "motion", "targets"},
+    "simulation": BASE | {"motion", "targets"},
+    "pipeline": BASE | {"vision", "drawing", "motion", "targets", "simulation"},
     "evaluate": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
-    "cli": BASE | {"vision", "drawing", "motion", "pipeline", "targets", "evaluate"},
+    "cli": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets", "evaluate"},
     "__init__": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
     "__main__": {"cli"},
     "vpype_plugin": BASE | {"pipeline"},
 }
 # Packages that cost time or are optional: the only places that may name them.
 HEAVY = {
-    "cv2": {"vision", "targets", "evaluate"},
-    "PIL": {"vision/photo.py", "vision/landmarks/fmp", "targets"},
+    "cv2": {"vision", "targets", "evaluate", "simulation"},
+    "PIL": {"vision/photo.py", "vision/landmarks/fmp", "targets", "simulation"},
     "scipy": {"vision/landmarks/fmp", "evaluate"},
     "svgelements": {"targets/svg_read.py", "targets/flatten.py"},
     "tomli_w": {"settings.py"},
@@ -52,6 +53,7 @@ HEAVY = {
     "pillow_heif": {"vision/photo.py"},
     "urdf_parser_py": {"motion/arm/urdf.py"},
     "pinocchio": {"motion/arm/numeric_ik.py"},
+    "mujoco": {"simulation/physics.py"},
     "toppra": {"motion/arm/retime.py"},
 }
 

@@ -54,7 +54,7 @@ def planned():
 
 @given(st.integers(0, 10_000), st.floats(0.5, 20), st.floats(0, 3))
 def test_the_pen_goes_straight_up_and_down_and_never_sideways_near_the_paper(seed, lift, press):
-    settings = LiftSettings(lift_mm=lift, clear_mm=min(2.0, lift / 2), press_mm=press)
+    settings = LiftSettings(lift_mm=lift, approach_mm=lift, clear_mm=min(2.0, lift / 2), press_mm=press)
     path = lifted_path(drawing(seed), settings)
     low = (~path.down[1:]) & (np.minimum(path.points_mm[1:, 2], path.points_mm[:-1, 2]) < settings.clear_mm - 1e-9)
     sideways = np.linalg.norm(np.diff(path.points_mm[:, :2], axis=0), axis=1)

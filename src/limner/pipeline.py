@@ -22,6 +22,7 @@ from limner.motion.arm.plan import ArmSettings
 from limner.motion.cost import seconds as planned_seconds
 from limner.motion.machine import load_machine
 from limner.settings import SettingsGroup, group, setting
+from limner.simulation.settings import SimulationSettings
 from limner.stages import Stages
 from limner.targets import svg
 from limner.targets.ebb import EbbSettings
@@ -79,6 +80,7 @@ class Settings(LineSettings):
     ebb: EbbSettings = group(EbbSettings)
     arm: ArmSettings = group(ArmSettings)
     ur: UrSettings = group(UrSettings)
+    simulation: SimulationSettings = group(SimulationSettings)
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,9 @@ def _help(about: About, default: Any) -> str:
     return f"{about.help[:1].upper()}{about.help[1:]}{unit}{choices}.{shown}"
 
 
-def _together(options: Sequence[Callable[[Command], Command]]) -> Callable[[Command], Command]:
+def together(options: Sequence[Callable[[Command], Command]]) -> Callable[[Command], Command]:
+    """Several options as one decorator, in the order of ``--help``."""
+
     def add(command: Command) -> Command:
         for option in reversed(options):
             command = option(command)
@@ -103,7 +105,7 @@ def _face_from_file(ctx: click.Context, param: click.Parameter, value: str | Non
         _assign(ctx, "detect.file", value)
 
 
-photo_options: Callable[[Any], Any] = _together(
+photo_options: Callable[[Any], Any] = together(
     [
         click.argument("photo", metavar="PHOTO"),
         click.option("--crop", type=Crop(), help="Look only at this part of the photo [px, from the top left]."),
@@ -129,7 +131,7 @@ photo_options: Callable[[Any], Any] = _together(
 )
 """Which photo, which part of it, which face in it, and what finds it."""
 
-drawing_options: Callable[[Any], Any] = _together(
+drawing_options: Callable[[Any], Any] = together(
     [
         flag("select.points", "--points", "-n", metavar="N"),
         flag("select.minutes", "--minutes", metavar="M"),
@@ -143,7 +145,7 @@ drawing_options: Callable[[Any], Any] = _together(
 )
 """The budget, the page and the pen."""
 
-settings_options: Callable[[Any], Any] = _together(
+settings_options: Callable[[Any], Any] = together(
     [
         click.option(
             "--set",

@@ -50,8 +50,15 @@ class LiftSettings(SettingsGroup):
     clear_mm: float = setting(
         2.0, "the pen goes straight up and down to at least this height", unit="mm", low=0, high=200
     )
+    approach_mm: float = setting(
+        60.0,
+        "the drawing is come to and left from this height above its first and last place",
+        unit="mm",
+        low=0.5,
+        high=500,
+    )
     press_mm: float = setting(
-        2.0, "the tip is led this far below the sheet; the pen's spring takes it up", unit="mm", low=0, high=10
+        3.0, "the tip is led this far below the sheet; the pen's spring takes it up", unit="mm", low=0, high=10
     )
     round_mm: float = setting(
         0.15, "corners may be rounded by this, instead of a stop at each; 0: a stop", unit="mm", low=0, high=5
@@ -72,14 +79,15 @@ def lifted_path(drawing: Drawing, settings: LiftSettings) -> LiftedPath:
         settings: heights, and how far corners may be rounded.
 
     Returns:
-        The path from above the first stroke to above the last one.
+        The path from high above the first stroke to high above the last one.
 
     Raises:
         NothingToDraw: the drawing has no strokes.
     """
     if not drawing.lines_mm:
         raise NothingToDraw("plan: the drawing has no strokes")
-    builder = _Builder(np.array([*drawing.lines_mm[0][0], settings.lift_mm]), settings)
+    highest = max(settings.approach_mm, settings.lift_mm)
+    builder = _Builder(np.array([*drawing.lines_mm[0][0], highest]), settings)
     for index, line in enumerate(drawing.lines_mm):
         flat = geometry.without_repeats(line)
         drawn = np.column_stack([flat, np.full(len(flat), -settings.press_mm)])
@@ -87,7 +95,7 @@ def lifted_path(drawing: Drawing, settings: LiftSettings) -> LiftedPath:
         # A dot is a stroke too: the pen touches and lifts.
         builder.draw(drawn, index)
     last = drawing.lines_mm[-1][-1]
-    builder.travel_to(np.array([*last, settings.lift_mm]))
+    builder.travel_to(np.array([*last, highest]))
     return builder.path()
 
 

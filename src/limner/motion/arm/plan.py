@@ -133,8 +133,9 @@ def _first_that_works(
         def clear(q: Floats, placed: Placement = placed, touched: list[Collision] = touched) -> bool:
             some = q[:: max(1, len(q) // 500)]
             # On the way from the safe pose and back nothing may be touched either.
-            moved = [some, *(_between(robot.pose(SAFE), end) for end in (q[0], q[-1]) if SAFE in robot.poses)]
-            collision = deepest(robot, np.concatenate(moved), placed.base_from_paper)
+            ways = [_between(robot.pose(SAFE), end) for end in (q[0], q[-1]) if SAFE in robot.poses]
+            collision = deepest(robot, np.concatenate([some, *ways]), placed.base_from_paper)
+            collision = collision or _pen_in_table(robot, ways, placed)
             touched += [collision] if collision else []
             return collision is None
 
@@ -147,6 +148,13 @@ def _first_that_works(
             some = path.points_mm[:: max(1, len(path.points_mm) // 300)]
             problem = problem or places.unreachable(arm, placed, some, size)
     raise problem or CannotDraw("place: nowhere to try")
+
+
+def _pen_in_table(robot: Robot, ways: list[Floats], placed: Placement) -> Collision | None:
+    """Where the pen dips into the table on ways that are not drawing, as an arm that turns its joints evenly does."""
+    heights = [placed.points_mm(robot.forward(way)[:, :3, 3])[:, 2].min() for way in ways]
+    lowest = min(heights, default=0.0)
+    return Collision(0, robot.dof, -1, -lowest / 1000) if lowest < 0 else None
 
 
 def _nearest(

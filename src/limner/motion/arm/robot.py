@@ -34,6 +34,29 @@ class Capsule(Value):
 
 
 @dataclass(frozen=True, eq=False)
+class Mass(Value):
+    """What a part of a link weighs.
+
+    Attributes:
+        link: as in ``Capsule``.
+        kg: > 0.
+        centre_m: (3,) centre of mass, in the frame of that joint.
+        inertia: (3, 3) about the centre, axes of that frame [kg m^2].
+    """
+
+    link: int
+    kg: float
+    centre_m: Floats
+    inertia: Floats
+
+    def __post_init__(self) -> None:
+        self._freeze("centre_m", frozen_array(self.centre_m, np.float64, (3,), "Mass.centre_m"))
+        self._freeze("inertia", frozen_array(self.inertia, np.float64, (3, 3), "Mass.inertia"))
+        if not 0 < self.kg < np.inf:
+            raise BadInput(f"Mass.kg: {self.kg:g} kg, expected more than 0")
+
+
+@dataclass(frozen=True, eq=False)
 class Robot(Value):
     """A chain of joints from a base to the tip of a pen. Frames right-handed, lengths in metres, angles in radians.
 
@@ -49,6 +72,7 @@ class Robot(Value):
         lower, upper: (dof,) limits of position.
         velocity, acceleration, jerk: (dof,) limits, both ways.
         capsules: shapes for collision checks.
+        masses: of the parts that move, as far as they are known; only a simulation needs them.
         poses: named joint positions; ``safe`` is where drawing starts and ends.
         sheet_box_m: (2, 3) lower and upper corner of the box in which the centre of a sheet may lie, base frame.
         base, tip: names of the links the chain goes between.
@@ -66,6 +90,7 @@ class Robot(Value):
     acceleration: Floats
     jerk: Floats
     capsules: tuple[Capsule, ...] = ()
+    masses: tuple[Mass, ...] = ()
     poses: Mapping[str, Floats] = field(default_factory=dict)
     sheet_box_m: Floats = field(default_factory=lambda: np.array([[-10.0] * 3, [10.0] * 3]))
     base: str = "base"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 from xml.parsers import expat
@@ -12,7 +12,7 @@ import numpy as np
 
 from limner import transforms
 from limner.errors import BadInput, MissingExtra
-from limner.motion.arm.robot import Capsule, Robot
+from limner.motion.arm.robot import Capsule, Mass, Robot
 from limner.types import Floats
 
 MAX_BYTES = 20 * 2**20
@@ -163,6 +163,7 @@ class _Tree:
             acceleration=self._per_joint("acceleration", ASSUMED_ACCELERATION, len(moving)),
             jerk=self._per_joint("jerk", ASSUMED_JERK, len(moving)),
             capsules=tuple(self._capsules(moving)),
+            masses=tuple(self._masses(moving)),
             poses=dict(self.request.poses or {}),
             sheet_box_m=np.array(self.request.sheet_box_m),
             base=self.base,
@@ -237,13 +238,41 @@ class _Tree:
         return np.array([*before, fixed])
 
     def _capsules(self, moving: list[Any]) -> list[Capsule]:
-        """Shapes of all links, those beside the chain held still."""
+        """Shapes of all links."""
+        return [
+            capsule
+            for link, number, frame in self._parts(moving)
+            for shape in _shapes(self.links[link])
+            if (capsule := _capsule(shape, number, frame))
+        ]
+
+    def _masses(self, moving: list[Any]) -> list[Mass]:
+        """Masses of the links that move and have any."""
+        return [
+            mass
+            for link, number, frame in self._parts(moving)
+            if number and (mass := self._mass(self.links[link], number, frame))
+        ]
+
+    def _mass(self, link: Any, number: int, frame: Floats) -> Mass | None:
+        inertial = link.inertial
+        if inertial is None or inertial.inertia is None or not inertial.mass:
+            return None
+        placed = frame @ _origin(inertial)
+        turn = placed[:3, :3]
+        try:
+            inertia = turn @ np.array(inertial.inertia.to_matrix(), dtype=np.float64) @ turn.T
+            return Mass(number, float(inertial.mass), placed[:3, 3], inertia)
+        except BadInput as error:
+            raise BadInput(f"{self.name}: link {link.name}: {error}") from error
+
+    def _parts(self, moving: list[Any]) -> Iterator[tuple[str, int, Floats]]:
+        """Every link, the number of the joint that moves it, its frame there; what is beside the chain is held."""
         index = {joint.name: i + 1 for i, joint in enumerate(moving)}
-        capsules: list[Capsule] = []
         todo, seen = [(self.base, 0, np.eye(4))], {self.base}
         while todo:
             link, number, frame = todo.pop()
-            capsules += [capsule for shape in _shapes(self.links[link]) if (capsule := _capsule(shape, number, frame))]
+            yield link, number, frame
             steps = [(joint.child, joint, False) for joint in self.below[link]]
             if link in self.above:
                 steps.append((self.above[link].parent, self.above[link], True))
@@ -256,7 +285,6 @@ class _Tree:
                 else:
                     step = self._held(joint)
                     todo.append((other, number, frame @ (transforms.inverse(step) if upwards else step)))
-        return capsules
 
 
 def _axis(joint: Any, name: str) -> Floats:

@@ -1,0 +1,127 @@
+"""``limner simulate``: the motion of an arm in; the ink it really leaves, the force, and how near the plan, out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from limner import storage
+from limner.cli import options
+from limner.cli.progress import bars
+from limner.errors import BadInput
+from limner.motion.arm.robot import Robot
+from limner.motion.arm.robots import ROBOTS, load_robot
+from limner.pipeline import Settings
+from limner.simulation import pictures
+from limner.simulation.outcome import Simulation, simulate as simulate_arm
+from limner.simulation.settings import SimulationSettings
+from limner.targets import files, image, joints
+from limner.types import Drawing, JointTrajectory, Pen
+
+faults: tuple[Callable[[Any], Any], ...] = (
+    options.flag("simulation.fault.paper_mm", "--paper-error", metavar="MM"),
+    options.flag("simulation.fault.tilt_deg", "--tilt", metavar="DEG"),
+    options.flag("simulation.fault.repeat_mm", "--noise", metavar="MM"),
+    options.flag("simulation.fault.jitter_ms", "--jitter", metavar="MS"),
+    options.flag("simulation.fault.seed", "--seed", metavar="N"),
+)
+
+
+@click.command(short_help="Let a simulated robot arm draw, with physics and faults.")
+@click.argument("trajectory", metavar="TRAJECTORY")
+@click.option(
+    "--robot",
+    default="dumbo",
+    metavar="NAME",
+    help=f"The arm: {', '.join(ROBOTS)}, or a URDF of your own. Default: dumbo.",
+)
+@click.option(
+    "--drawing",
+    metavar="FILE",
+    help=f"What is drawn ({', '.join(files.READABLE)}): tells the page's size and turn, which a trajectory does not.",
+)
+@click.option("--out", "-o", metavar="DIR", help="Folder for ink.svg, ink.png, overlay.png, force.png, report.json.")
+@click.option("--stiff", is_flag=True, help="The pen is held stiffly instead of by a spring.")
+@options.together(faults)
+@options.settings_options
+@options.json_option
+@click.pass_context
+def simulate(
+    ctx: click.Context,
+    trajectory: str,
+    robot: str,
+    drawing: str | None,
+    out: str | None,
+    stiff: bool,
+    save_settings: Path | None,
+    as_json: bool,
+) -> None:
+    """Let a simulated arm draw TRAJECTORY (of `limner plan --robot`): .json, .npz or .csv.
+
+    MuJoCo simulates servos, gravity, the sprung pen and its friction on the paper. Where the sheet lies is computed
+    from the trajectory's own pen-down places, less the planned press (simulation.press_mm). A trajectory that exceeds
+    a limit of the robot is refused.
+    """
+    settings = options.chosen_settings(ctx, Settings, save_settings)
+    chosen = settings.simulation.replace(stiff=True) if stiff else settings.simulation
+    arm = load_robot(robot)
+    drawn = files.read_drawing(drawing) if drawing else None
+    motion = joints.load(trajectory)
+    pen = drawn.pen if drawn else Pen(settings.page.pen_mm)
+    report = simulated(motion, arm, chosen, drawn, pen, out)
+    if as_json:
+        click.echo(json.dumps(report))
+    else:
+        click.echo("\n".join([*summary(report), *report["out"]]), err=True)
+
+
+def simulated(
+    motion: JointTrajectory, arm: Robot, settings: SimulationSettings, drawn: Drawing | None, pen: Pen, out: str | None
+) -> dict[str, Any]:
+    """Simulate, write the pictures into a folder, if one is named, and tell.
+
+    Raises:
+        LimnerError: whatever stands in the way.
+    """
+    with bars() as watch:
+        made = simulate_arm(motion, arm, settings, drawn, watch)
+    report = made.report() | {"settings": settings.to_dict()}
+    written = write(made, pen, report, Path(out)) if out else []
+    return report | {"out": written}
+
+
+def write(made: Simulation, pen: Pen, report: dict[str, Any], folder: Path) -> list[str]:
+    """Everything there is of a simulation, as files; their names."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"{folder}: no folder can be made there ({error.strerror}); choose another") from error
+    written = {
+        "ink.svg": pictures.ink_svg(made, pen),
+        "ink.png": image.encode_png(pictures.ink_picture(made, pen)),
+        "overlay.png": image.encode_png(pictures.overlay_picture(made, pen)),
+        "force.png": image.encode_png(pictures.force_picture(made)),
+        "report.json": (json.dumps(report, indent=1) + "\n").encode(),
+    }
+    for name, data in written.items():
+        storage.write_whole(folder / name, data)
+    return [str(folder / name) for name in written]
+
+
+def summary(report: dict[str, Any]) -> list[str]:
+    """What came of it, in a few lines."""
+    error, force, tracking = report["ink_error_mm"], report["force_n"], report["tracking_mm"]
+    if error["p95"] is None:
+        return [f"{report['robot']}: the pen never touched the paper in {report['seconds']:.0f} s"]
+    return [
+        f"{report['robot']}: {report['ink_mm'] / 1000:.2f} m of ink in {report['seconds']:.0f} s;"
+        f" the pen touched for {report['contact_percent']:.1f} % of what was planned,"
+        f" {report['travel_ink_mm']:.1f} mm of ink in travel",
+        f"ink: 95 % within {error['p95']:.2f} mm of the plan, all within {error['max']:.2f} mm;"
+        f" force {force['p5']:.2f} to {force['p95']:.2f} N;"
+        f" the tip follows to {tracking['rms']:.2f} mm (root mean square)",
+    ]
