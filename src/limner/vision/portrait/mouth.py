@@ -19,7 +19,7 @@ REDNESS = 1.5
 
 MANNER = Manner(stiff=0.06, smooth_px=4)
 
-OPEN = 0.045
+OPEN = 0.03
 """Inner lips farther apart than this show teeth or the mouth's dark [outer-eye distances]."""
 
 
@@ -37,7 +37,8 @@ def draw_mouth(seen: Seen, face: Face, flow: FlowSettings) -> list[Mark]:
     found = [Mark(between, "mouth", 1.2)]
     found += [Mark(line, "mouth", 0.8) for line in lenses(seen, between, unit)]
     for lip in lines[1:]:
-        found += [Mark(part, "mouth") for part in lip.parts(SEEN, 0.2 * unit, 0.1 * unit)]
+        for part in lip.parts(SEEN, 0.2 * unit, 0.1 * unit):
+            found += [Mark(line, "mouth") for line in _clear_of(part, between, 3.0)]
     redness, offset = _lips(seen, face, flow)
     for guide in guides[1:3]:
         lip = follow(redness, guide + shift - offset, 0.035 * unit, redness.fine, MANNER)
