@@ -10,8 +10,10 @@ from PIL import Image
 
 from limner.cli import landmarks as command
 from limner.errors import BadInput
+from limner.evaluate.landmarks import with_model
 from limner.vision.landmarks import DetectSettings
 from limner.vision.landmarks.fmp import model
+from limner.vision.landmarks.fmp.scenes import read_image
 
 SHIPPED = Path(model.__file__).parent / model.SHIPPED
 ROW = ["all_68", "brows", "eyes", "faces", "found", "inner_51", "jaw", "model", "mouth", "nose", "set", "wrong"]
@@ -124,6 +126,33 @@ def test_folds_give_a_row_for_each_set_of_people_never_seen(folder, monkeypatch)
     monkeypatch.setattr(command, "cross_validate", cross_validate)
     report = json.loads(run("--data", folder, "--folds", 2, "--helpers", folder, "--no-false-alarms", "--json"))
     assert trained == [(2, True, 0, 2, 2)]
+    assert report["training"] == command.TrainSettings().to_dict()
     (figures,) = report["landmarks"]
     assert (figures["model"], figures["set"], figures["faces"], figures["found"]) == ("2-fold", "few", 2, 0)
     assert figures["all_68"] is None
+
+
+def test_folds_say_how_their_models_were_trained(folder, monkeypatch, tmp_path):
+    monkeypatch.setenv("COLUMNS", "160")
+    (tmp_path / "quick.toml").write_text("rounds = 2\nscenes = 30\n")
+    seen = []
+
+    def cross_validate(samples, scenes, settings, count, helpers, watch):
+        seen.append((settings.rounds, settings.scenes))
+        return command.evaluate_landmarks("x", samples, lambda photo: ())
+
+    monkeypatch.setattr(command, "cross_validate", cross_validate)
+    what = ["--data", folder, "--folds", 2, "--no-false-alarms", "--train-settings", tmp_path / "quick.toml"]
+    table = run(*what)
+    assert seen == [(2, 30)]
+    assert "folds trained with rounds=2, scenes=30" in table
+    assert command.other_than_default(command.TrainSettings()) == ""
+
+
+def test_a_model_that_is_in_no_file_finds_what_the_same_in_a_file_does(folder):
+    (sample, _) = command.annotated((folder,), False)
+    photo = command.Photo(read_image(sample.path))
+    with with_model(model.default_model()) as detect:
+        (again,) = detect(photo)
+    (face,) = command.detect(photo, command.DetectSettings())
+    assert np.array_equal(again.points_px, face.points_px)

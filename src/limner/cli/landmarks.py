@@ -81,7 +81,11 @@ class Faces(NamedTuple):
     metavar="DIR",
     help="With --folds: photos to train on too, of other people than those held out.",
 )
-@click.option("--train-settings", metavar="FILE", help="With --folds: settings of `limner train fmp`, as TOML.")
+@click.option(
+    "--train-settings",
+    metavar="FILE",
+    help="With --folds: settings of `limner train fmp`, as TOML; rounds = 2 and scenes = 30 take minutes, not an hour.",
+)
 @click.option("--yaw", type=click.FloatRange(0), metavar="DEG", help="Only faces turned by no more than this [deg].")
 @click.option("--false-alarms/--no-false-alarms", default=True, help="Count them in pictures without a face, or not.")
 @click.option("--skip-bad", is_flag=True, help="Leave out, by name, faces that lack landmarks or a photo.")
@@ -126,9 +130,10 @@ def landmarks(
         for item in measured if empty else ():
             alarms.append({"model": item.name} | count_false_alarms(item.detect, empty, item.name, watch).row())
     if as_json:
-        click.echo(json.dumps({"landmarks": rows, "false_alarms": alarms}))
+        trained = {"training": training.to_dict()} if folds else {}
+        click.echo(json.dumps({"landmarks": rows, "false_alarms": alarms} | trained))
     else:
-        Console(highlight=False).print(tables(rows, alarms))
+        Console(highlight=False).print(tables(rows, alarms, other_than_default(training)))
 
 
 def to_measure(
@@ -192,10 +197,18 @@ def row(model: str, faces: str, report: LandmarkReport) -> dict[str, Any]:
     return {"model": model, "set": faces} | figures
 
 
-def tables(rows: Sequence[dict[str, Any]], alarms: Sequence[dict[str, Any]]) -> Group:
+def other_than_default(training: TrainSettings) -> str:
+    """How the models of the folds were trained, in words that go below the table; empty for the usual way."""
+    usual = TrainSettings().to_dict()
+    others = [f"{name}={value}" for name, value in training.to_dict().items() if value != usual[name]]
+    return f"folds trained with {', '.join(others)}" if others else ""
+
+
+def tables(rows: Sequence[dict[str, Any]], alarms: Sequence[dict[str, Any]], caption: str = "") -> Group:
     """All rows, and the false alarms if they were counted."""
     title = "limner: landmarks, mean error in % of the outer-eye distance"
     main = Table("model", "faces of", *COLUMNS.values(), title=title, title_justify="left")
+    main.caption, main.caption_justify = caption, "left"
     for column in main.columns[2:]:
         column.justify = "right"
     for figures in rows:

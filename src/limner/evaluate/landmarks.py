@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -123,17 +124,13 @@ def _overlap(sample: Sample, face: Face) -> float:
     return overlap(np.concatenate([points.min(axis=0), points.max(axis=0)]), sample.box_px)
 
 
-def with_model(model: FmpModel, settings: fmp.FmpSettings | None = None) -> Detect:
-    """The detector with a model that is not in a file."""
-    settings = settings or fmp.FmpSettings()
-
-    def detect(photo: Photo) -> Sequence[Face]:
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "model.npz"
-            save_model(model, file)
-            return fmp.detect(photo, settings.replace(model=str(file)))
-
-    return detect
+@contextmanager
+def with_model(model: FmpModel) -> Iterator[Detect]:
+    """The detector, as it is used for drawing, with a model that is not in a file."""
+    with tempfile.TemporaryDirectory() as folder:
+        settings = fmp.FmpSettings(model=str(Path(folder) / "model.npz"))
+        save_model(model, settings.model)
+        yield lambda photo: fmp.detect(photo, settings)
 
 
 def cross_validate(
@@ -163,6 +160,7 @@ def cross_validate(
         seen = [sample for sample in [*samples, *helpers] if sample.person not in held_out]
         model = train(seen, [*of_samples(seen), *scenes], settings, watch).model
         kept = [sample for sample in samples if sample.person in held_out]
-        outcomes += evaluate_landmarks(f"fold {k + 1}", kept, with_model(model), watch).outcomes
+        with with_model(model) as detect:
+            outcomes += evaluate_landmarks(f"fold {k + 1}", kept, detect, watch).outcomes
     watch("fold", count, count, "")
     return LandmarkReport(f"{count}-fold cross-validation", tuple(outcomes))
