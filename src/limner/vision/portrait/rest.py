@@ -57,6 +57,9 @@ OUTLINE = 0.04
 FAR = 1.15
 """How far out of the head's ellipse only what is clear is taken for hair."""
 
+UPRIGHT = 0.99
+"""Cosine to the vertical from which a line that stands above the eyes, far from the head, is a post."""
+
 ABOVE, CLEAR, NEAR = -0.2, 0.08, 0.9
 """Above this [outer-eye distances under the eyes] a border of the hair weaker than that is none; then what is farther
 out of the head's ellipse than so much counts as far."""
@@ -154,14 +157,16 @@ def _frame_grid(face: Face, shape: Shape) -> Floats:
 
 
 def _leading_away(flow: Flow, face: Face) -> Mask:
-    """Where (H, W) lines lead away from the head, and do not hang down either as hair does."""
+    """Where (H, W) lines lead away from the head and do not hang down as hair does, or stand beside it like a post."""
     frame, head = face_frame(face), head_ellipse(face)
-    slope = (_frame_grid(face, flow.x.shape) - head.centre) / head.radii**2 @ frame.axes_px
+    place = _frame_grid(face, flow.x.shape)
+    slope = (place - head.centre) / head.radii**2 @ frame.axes_px
     slope /= np.maximum(np.hypot(slope[..., 0], slope[..., 1]), 1e-9)[..., None]
     down = frame.axes_px[1] / np.hypot(*frame.axes_px[1])
     outward = np.abs(flow.x * slope[..., 0] + flow.y * slope[..., 1])
     hanging = np.abs(flow.x * down[0] + flow.y * down[1])
-    away: Mask = (outward > AWAY) & (hanging < HANGING)
+    upright = (hanging > UPRIGHT) & (place[..., 1] < 0) & (head.level(place) > FAR)
+    away: Mask = ((outward > AWAY) & (hanging < HANGING)) | upright
     return away
 
 
