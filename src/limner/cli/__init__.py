@@ -22,7 +22,7 @@ COMMANDS = {
     "compare": ("limner.cli.compare", "Draw a photo in every style, side by side on one sheet."),
     "plan": ("limner.cli.plan", "Tell how long a machine draws, and show it."),
     "simulate": ("limner.cli.simulate", "Let a simulated robot arm draw, with physics and faults."),
-    "send": ("limner.cli.send", "Draw on a plotter."),
+    "send": ("limner.cli.send", "Draw on a plotter or with an arm."),
     "train": ("limner.cli.train", "Train the models that limner ships."),
     "evaluate": ("limner.cli.evaluate", "Measure accuracy and speed."),
 }

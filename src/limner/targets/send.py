@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from limner import geometry
 from limner.errors import DeviceFailed
 from limner.targets.journal import Journal, Place, runs_from
-from limner.targets.target import Target
+from limner.targets.target import Device, Target
 from limner.types import Drawing
 
 LOOK_S = 0.05
@@ -38,6 +38,27 @@ Watch = Callable[[Place, bool], None]
 
 
 def send(drawing: Drawing, target: Target, journal: Journal, control: Control, watch: Watch) -> Place:
+    """Draw the lines of a drawing from the journal's place on, as ``drive`` does.
+
+    Args:
+        drawing: to draw; already checked against the machine's area.
+        target: what draws, not yet open; closed in the end.
+        journal: of this drawing.
+        control: looked at before every line, and within lines where the machine can stop there.
+        watch: told before every line.
+    """
+    lines = [geometry.without_repeats(line) for line in drawing.lines_mm]
+
+    def draw(place: Place) -> Place:
+        line, places = runs_from(lines, place)
+        return places[target.draw(line, control.going_on)]
+
+    return drive(target, draw, len(lines), journal, control, watch)
+
+
+def drive(
+    device: Device, draw: Callable[[Place], Place], strokes: int, journal: Journal, control: Control, watch: Watch
+) -> Place:
     """Draw from the journal's place on.
 
     The journal says what is begun before the pen is lowered, and what is drawn once the machine has done it. So after a
@@ -45,10 +66,11 @@ def send(drawing: Drawing, target: Target, journal: Journal, control: Control, w
     is drawn again.
 
     Args:
-        drawing: to draw; already checked against the machine's area.
-        target: what draws, not yet open; closed in the end.
+        device: that draws, not yet open; closed in the end.
+        draw: has it draw from a place on, and tells where it has come to, the pen up.
+        strokes: how many there are.
         journal: of this drawing.
-        control: looked at before every line, and within lines where the machine can stop there.
+        control: looked at before every line.
         watch: told before every line.
 
     Returns:
@@ -59,34 +81,27 @@ def send(drawing: Drawing, target: Target, journal: Journal, control: Control, w
         KeyboardInterrupt: interrupted at once; the pen was raised if that was possible.
     """
     try:
-        target.open()
-        _draw(drawing, target, journal, control, watch)
-        target.home()
+        device.open()
+        while journal.place.stroke < strokes and not control.stop:
+            watch(journal.place, control.pause)
+            if control.pause:
+                time.sleep(LOOK_S)
+                continue
+            journal.begin(journal.place)
+            journal.reached(draw(journal.place))
+        device.home()
     except DeviceFailed as error:
-        raise DeviceFailed(f"{error}; {_after(target, journal, len(drawing.lines_mm))}") from error
+        raise DeviceFailed(f"{error}; {_after(device, journal, strokes)}") from error
     except BaseException:
-        target.abort()
+        device.abort()
         raise
     finally:
-        target.close()
+        device.close()
     return journal.place
 
 
-def _draw(drawing: Drawing, target: Target, journal: Journal, control: Control, watch: Watch) -> None:
-    lines = [geometry.without_repeats(line) for line in drawing.lines_mm]
-    while journal.place.stroke < len(lines) and not control.stop:
-        if control.pause:
-            watch(journal.place, True)
-            time.sleep(LOOK_S)
-            continue
-        watch(journal.place, False)
-        line, places = runs_from(lines, journal.place)
-        journal.begin(journal.place)
-        journal.reached(places[target.draw(line, control.going_on)])
-
-
-def _after(target: Target, journal: Journal, strokes: int) -> str:
-    pen = "the pen is up" if target.abort() else "pen state unknown: lift it by hand"
+def _after(device: Device, journal: Journal, strokes: int) -> str:
+    pen = "the pen is up" if device.abort() else "pen state unknown: lift it by hand"
     if not journal.doubtful:
         return f"{pen}; {journal.place.stroke} of {strokes} strokes are drawn, --resume goes on there"
     return f"{pen}; it happened in stroke {journal.place.stroke + 1} of {strokes}, --resume draws that one again"

@@ -8,17 +8,34 @@ from typing import Protocol
 from limner.types import Floats
 
 
-class Target(Protocol):
-    """A machine that draws, or a fake of one."""
+class Device(Protocol):
+    """A machine that can be begun and ended with."""
 
     name: str
 
     def open(self) -> None:
-        """Make sure that the right machine answers, raise its pen, and take where it is for home.
+        """Make sure that the right machine answers, and find out or settle where it is.
 
         Raises:
             DeviceFailed: another machine answers, or none.
         """
+
+    def home(self) -> None:
+        """Go home, the pen raised, and wait until it is there."""
+
+    def abort(self) -> bool:
+        """Stop at once and raise the pen, after anything has gone wrong; never raises.
+
+        Returns:
+            Whether the pen is known to be up.
+        """
+
+    def close(self) -> None:
+        """Let go of the machine."""
+
+
+class Target(Device, Protocol):
+    """A machine that draws lines, or a fake of one. It opens with its pen raised, and takes where it is for home."""
 
     def draw(self, line_mm: Floats, going_on: Callable[[], bool]) -> int:
         """Travel to a line's first point, lower the pen, draw, raise it, and wait until that is done.
@@ -34,16 +51,3 @@ class Target(Protocol):
         Raises:
             DeviceFailed: the machine did not do as told; what is drawn of the line is not known.
         """
-
-    def home(self) -> None:
-        """Go home, the pen raised, and wait until it is there."""
-
-    def abort(self) -> bool:
-        """Stop at once and raise the pen, after anything has gone wrong; never raises.
-
-        Returns:
-            Whether the pen is known to be up.
-        """
-
-    def close(self) -> None:
-        """Let go of the machine."""

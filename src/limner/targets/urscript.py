@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,9 +91,18 @@ def motion(trajectory: JointTrajectory, tips_m: Floats, settings: UrSettings) ->
     Raises:
         BadInput: the arm has not six joints.
     """
-    if len(trajectory.names) != _JOINTS:
-        raise BadInput(f"URScript is for arms of {_JOINTS} joints; this one has {len(trajectory.names)}")
+    check_joints(trajectory.names)
     return _streamed(trajectory, settings) if settings.way == "servoj" else _lines(trajectory, tips_m, settings)
+
+
+def check_joints(names: Sequence[str]) -> None:
+    """Refuse arms that URScript is not for.
+
+    Raises:
+        BadInput: there are not six joints.
+    """
+    if len(names) != _JOINTS:
+        raise BadInput(f"URScript is for arms of {_JOINTS} joints; this one has {len(names)}")
 
 
 def _streamed(trajectory: JointTrajectory, settings: UrSettings) -> list[str]:

@@ -1,0 +1,179 @@
+"""The motion of an arm goes in; checked motions come out, one a stroke, each from rest in the air to rest there."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from limner.errors import CannotDraw, NothingToDraw
+from limner.motion.arm.check import check
+from limner.motion.arm.collide import deepest
+from limner.motion.arm.retime import RetimeSettings, joined, move
+from limner.motion.arm.robot import Robot
+from limner.types import Floats, JointTrajectory
+
+_REST = 1e-6
+_CLEAR_M = 1e-3
+_SHARE = 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class Legs:
+    """A motion that can be begun, stopped and gone on with at every stroke. Dots go along with the stroke after them.
+
+    Attributes:
+        robot: that draws.
+        motion: all of it, checked.
+        cuts: (strokes + 1,) samples at which the pen is up: before each stroke, and after the last.
+        ends: (strokes, 2) samples at which the pen meets the paper and leaves it.
+        settings: of the moves to strokes and back.
+    """
+
+    robot: Robot
+    motion: JointTrajectory
+    cuts: tuple[int, ...]
+    ends: tuple[tuple[int, int], ...]
+    settings: RetimeSettings
+
+    def stroke(self, index: int) -> JointTrajectory:
+        """Down, along a stroke, and up: from rest at one cut to rest at the next.
+
+        Raises:
+            CannotDraw: a limit is exceeded.
+        """
+        touch, leave = self.ends[index]
+        down = self._halted(self.cuts[index], touch, starting=True)
+        up = self._halted(leave, self.cuts[index + 1], starting=False)
+        return self._checked(joined((down, _part(self.motion, touch, leave), up)))
+
+    def to_stroke(self, q: Floats, index: int) -> JointTrajectory:
+        """From joint positions (dof,) to the pose that the motion begins with, and on to where a stroke begins.
+
+        Raises:
+            CannotDraw: the arm would touch itself, or the pen the paper.
+        """
+        start, target = self.motion.q[0], self.motion.q[self.cuts[index]]
+        on = move(self.robot, start, target, self.settings)
+        self._check_height(on.q, self.ends[index][0])
+        return self._checked(joined((move(self.robot, q, start, self.settings), on)))
+
+    def home(self, index: int) -> JointTrajectory:
+        """From where a stroke begins (or, after the last, where it has ended) to the pose that the motion ends with.
+
+        Raises:
+            CannotDraw: the arm would touch itself, or the pen the paper.
+        """
+        back = move(self.robot, self.motion.q[self.cuts[index]], self.motion.q[-1], self.settings)
+        self._check_height(back.q, self.ends[min(index, len(self.ends) - 1)][0])
+        return self._checked(back)
+
+    def tips(self, q: Floats) -> Floats:
+        """(n, 3) where the pen's tip is [m], base frame."""
+        return self.robot.forward(q)[:, :3, 3]
+
+    def lines_mm(self) -> tuple[Floats, ...]:
+        """What each stroke draws, seen along the z axis of the arm's base."""
+        return tuple(1000 * self.tips(self.motion.q[a : b + 1])[:, :2] for a, b in self.ends)
+
+    def seconds(self) -> Floats:
+        """(strokes,) how long each takes."""
+        return np.array([self.stroke(index).t_s[-1] for index in range(len(self.ends))])
+
+    def _checked(self, part: JointTrajectory) -> JointTrajectory:
+        check(part, self.robot)
+        if collision := deepest(self.robot, part.q[:: max(1, len(part.q) // 200)]):
+            raise CannotDraw(f"trajectory: {collision.describe(self.robot)}; bring the arm to another pose first")
+        return part
+
+    def _check_height(self, q: Floats, touch: int) -> None:
+        heights = _heights(self.robot, q, self.motion.q[touch])
+        if heights.min() < 0.5 * min(heights[0], heights[-1]):
+            raise CannotDraw(
+                "trajectory: straight from the pose it begins with, the pen would come down beside a stroke"
+            )
+
+    def _halted(self, a: int, b: int, *, starting: bool) -> JointTrajectory:
+        """The way between two samples, at rest at both: the arm starts evenly from a cut, or slows down evenly to it.
+
+        The way's own time s runs as ``S tau^2``, or backwards, over tau from 0 to 1, so slowly that limits are kept.
+        """
+        part = _part(self.motion, a, b)
+        seconds, count = 2 * float(part.t_s[-1]), 0
+        # The first pass finds how slow, the second samples that as finely as the rest.
+        for _ in range(2):
+            count = max(3, int(np.ceil(seconds / self.settings.sample_s)) + 1)
+            q, qd, qdd = _slowing(part, count, starting)
+            speed, force = np.abs(qd) / self.robot.velocity, np.abs(qdd) / self.robot.acceleration
+            seconds = max(seconds, float(speed.max()) / _SHARE, float(np.sqrt(force.max() / _SHARE)))
+        none = np.zeros(count, bool), np.full(count, -1)
+        return JointTrajectory(part.names, np.linspace(0, seconds, count), q, qd / seconds, qdd / seconds**2, *none)
+
+
+def legs(motion: JointTrajectory, robot: Robot, settings: RetimeSettings) -> Legs:
+    """Cut a motion where the pen is up between strokes.
+
+    Raises:
+        CannotDraw: the motion is not for this robot, or exceeds its limits.
+        NothingToDraw: it has no strokes.
+    """
+    check(motion, robot)
+    ends = _stroke_ends(motion)
+    if not ends:
+        raise NothingToDraw("trajectory: it draws no strokes")
+    rests = np.abs(motion.qd).max(1) < _REST
+    touch = ends[0][0]
+    before = (_heights(robot, motion.q[:touch], motion.q[touch]) > _CLEAR_M) & rests[:touch]
+    cuts = [int(np.flatnonzero(before)[-1]) if before.any() else 0]
+    for (_, leave), (touch, _) in itertools.pairwise(ends):
+        heights = _heights(robot, motion.q[leave : touch + 1], motion.q[leave])
+        cuts.append(leave + int(np.flatnonzero(heights >= 0.9 * heights.max())[0]))
+    leave = ends[-1][1]
+    after = (_heights(robot, motion.q[leave:], motion.q[leave]) > _CLEAR_M) & rests[leave:]
+    cuts.append(leave + int(np.flatnonzero(after)[0]) if after.any() else len(motion.t_s) - 1)
+    return Legs(robot, motion, tuple(cuts), ends, settings)
+
+
+def _stroke_ends(motion: JointTrajectory) -> tuple[tuple[int, int], ...]:
+    drawn = np.flatnonzero(motion.stroke >= 0)
+    runs = np.split(drawn, np.flatnonzero(np.diff(motion.stroke[drawn]) != 0) + 1) if len(drawn) else []
+    return tuple((max(int(run[0]) - 1, 0), int(run[-1])) for run in runs)
+
+
+def _heights(robot: Robot, q: Floats, paper_q: Floats) -> Floats:
+    """How far (n,) tips are above one on the paper, against the direction that the pen points in there."""
+    paper = robot.forward(paper_q)
+    heights: Floats = (paper[:3, 3] - robot.forward(q)[:, :3, 3]) @ paper[:3, 2]
+    return heights
+
+
+def _part(motion: JointTrajectory, a: int, b: int) -> JointTrajectory:
+    cut = slice(a, b + 1)
+    return JointTrajectory(
+        motion.names,
+        motion.t_s[cut] - motion.t_s[a],
+        motion.q[cut],
+        motion.qd[cut],
+        motion.qdd[cut],
+        motion.down[cut],
+        motion.stroke[cut],
+    )
+
+
+def _slowing(part: JointTrajectory, count: int, starting: bool) -> tuple[Floats, Floats, Floats]:
+    """Positions, velocities and accelerations (count, dof) of a way in unit time, with rest at a cut."""
+    tau, whole = np.linspace(0, 1, count), float(part.t_s[-1])
+    s, rate, bend = (tau**2, 2 * tau, 2.0) if starting else (2 * tau - tau**2, 2 - 2 * tau, -2.0)
+    q, slope, curve = _hermite(part, whole * s)
+    return q, slope * (whole * rate)[:, None], curve * ((whole * rate) ** 2)[:, None] + slope * (whole * bend)
+
+
+def _hermite(part: JointTrajectory, t: Floats) -> tuple[Floats, Floats, Floats]:
+    """Positions, velocities and accelerations (n, dof) at times, by cubics through positions and velocities."""
+    i = np.clip(np.searchsorted(part.t_s, t, "right") - 1, 0, len(part.t_s) - 2)
+    step = np.maximum(part.t_s[i + 1] - part.t_s[i], 1e-12)[:, None]
+    u = (t - part.t_s[i])[:, None] / step
+    a, b, va, vb = part.q[i], part.q[i + 1], part.qd[i] * step, part.qd[i + 1] * step
+    c2, c3 = 3 * (b - a) - 2 * va - vb, 2 * (a - b) + va + vb
+    return a + va * u + c2 * u**2 + c3 * u**3, (va + 2 * c2 * u + 3 * c3 * u**2) / step, (2 * c2 + 6 * c3 * u) / step**2
