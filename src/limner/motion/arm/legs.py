@@ -49,25 +49,22 @@ class Legs:
         return self._checked(joined((down, _part(self.motion, touch, leave), up)))
 
     def to_stroke(self, q: Floats, index: int) -> JointTrajectory:
-        """From joint positions (dof,) to the pose that the motion begins with, and on to where a stroke begins.
+        """From joint positions (dof,) to the pose that the motion begins with, high over its first stroke, to a stroke.
 
         Raises:
-            CannotDraw: the arm would touch itself, or the pen the paper.
+            CannotDraw: the arm would touch itself, or the pen come down on the way.
         """
-        start, target = self.motion.q[0], self.motion.q[self.cuts[index]]
-        on = move(self.robot, start, target, self.settings)
-        self._check_height(on.q, self.ends[index][0])
-        return self._checked(joined((move(self.robot, q, start, self.settings), on)))
+        way = self.motion.q[[0, self.cuts[0], self.cuts[index]]]
+        return self._led([q, *way], self.ends[index][0])
 
     def home(self, index: int) -> JointTrajectory:
-        """From where a stroke begins (or, after the last, where it has ended) to the pose that the motion ends with.
+        """From where a stroke begins (after the last: where it has ended), high over the last, to the motion's end.
 
         Raises:
-            CannotDraw: the arm would touch itself, or the pen the paper.
+            CannotDraw: the arm would touch itself, or the pen come down on the way.
         """
-        back = move(self.robot, self.motion.q[self.cuts[index]], self.motion.q[-1], self.settings)
-        self._check_height(back.q, self.ends[min(index, len(self.ends) - 1)][0])
-        return self._checked(back)
+        way = self.motion.q[[self.cuts[index], self.cuts[-1], -1]]
+        return self._led(list(way), self.ends[min(index, len(self.ends) - 1)][0])
 
     def tips(self, q: Floats) -> Floats:
         """(n, 3) where the pen's tip is [m], base frame."""
@@ -87,12 +84,19 @@ class Legs:
             raise CannotDraw(f"trajectory: {collision.describe(self.robot)}; bring the arm to another pose first")
         return part
 
-    def _check_height(self, q: Floats, touch: int) -> None:
-        heights = _heights(self.robot, q, self.motion.q[touch])
-        if heights.min() < 0.5 * min(heights[0], heights[-1]):
-            raise CannotDraw(
-                "trajectory: straight from the pose it begins with, the pen would come down beside a stroke"
-            )
+    def _led(self, way: list[Floats], touch: int) -> JointTrajectory:
+        """Straight in joint space from one pose to the next, nowhere lower than half as high as its ends."""
+        moves = [move(self.robot, a, b, self.settings) for a, b in itertools.pairwise(way) if (a != b).any()]
+        for part in moves:
+            heights = _heights(self.robot, part.q, self.motion.q[touch])
+            floor = 0.5 * min(heights[0], heights[-1])
+            # An arm that waits below the sheet knows its way around it no better than we do.
+            if floor > 0 and heights.min() < floor:
+                raise CannotDraw(
+                    f"trajectory: on its way to a stroke the pen would come down to {1000 * heights.min():.0f} mm over"
+                    " the sheet; bring the arm to the pose that the motion begins with"
+                )
+        return self._checked(joined(moves or [_part(self.motion, 0, 0)]))
 
     def _halted(self, a: int, b: int, *, starting: bool) -> JointTrajectory:
         """The way between two samples, at rest at both: the arm starts evenly from a cut, or slows down evenly to it.
