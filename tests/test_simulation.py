@@ -13,11 +13,14 @@ from limner.motion.arm.place import PlaceSettings
 from limner.motion.arm.plan import ArmSettings, plan_arm
 from limner.motion.arm.robots import load_robot
 from limner.simulation.commands import commands, hermite
+from limner.simulation.film import frames
 from limner.simulation.ink import widths
-from limner.simulation.outcome import distance_mm, simulate
+from limner.simulation.outcome import distance_mm, follow, simulate
+from limner.simulation.render import _cast
 from limner.simulation.settings import FaultSettings, SimulationSettings
 from limner.simulation.sheet import Sheet, find_sheet
-from limner.types import Drawing, Page
+from limner.simulation.thesis import STIFF_PRESS_MM, thesis_motion
+from limner.types import Drawing, Page, Pen
 
 pytest.importorskip("mujoco", reason="pip install 'limner[robot]'")
 pytest.importorskip("urdf_parser_py", reason="pip install 'limner[robot]'")
@@ -176,6 +179,39 @@ def test_harder_is_wider():
     width = widths(force, 0.5)
     assert (np.diff(width) >= 0).all()
     assert widths(np.array([1.5]), 0.5) == pytest.approx(0.5)
+
+
+def test_the_thesis_way_leaves_gaps_or_trails_and_ours_neither(go, drawing):
+    ours = go(**faulty(repeat_mm=1))
+    orientation = ours.robot.forward(ours.trajectory.q[ours.trajectory.down][0])[:3, :3]
+
+    def theirs(stiff, press_mm):
+        motion = thesis_motion(ours.plan_mm, ours.sheet, orientation, ours.robot, press_mm)
+        return follow(motion, ours.robot, ours.sheet, ours.settings.replace(stiff=stiff)).report()
+
+    assert ours.report()["contact_percent"] >= 99.5
+    assert ours.report()["travel_ink_mm"] < 0.2
+    assert theirs(True, STIFF_PRESS_MM)["contact_percent"] < 97
+    assert theirs(False, PRESS_MM)["travel_ink_mm"] > 2
+
+
+def test_the_film_shows_arm_and_ink_growing(go):
+    first, half, last = frames(go(), Pen(), 3)
+    assert first.shape == last.shape
+    panel = np.s_[:, 560:]
+    dark = [(picture[panel] < 90).all(-1).sum() for picture in (first, half, last)]
+    assert dark[0] < dark[1] < dark[2]
+    orange = (np.abs(half[:, :560].astype(int) - [150, 66, 34]).max(-1) < 50).sum()
+    assert orange > 300
+
+
+def test_a_capsule_is_met_where_it_is():
+    rays = np.array([[[0, 0, 1.0], [0.0, 0.6, 0.8]]], np.float32)
+    ends = np.array([[-1, 0, 5], [1, 0, 5]], np.float32)
+    distance, normal = _cast(rays, *ends, 0.5)
+    assert distance[0, 0] == pytest.approx(4.5)
+    assert np.allclose(normal[0, 0], [0, 0, -1], atol=1e-6)
+    assert np.isinf(distance[0, 1])
 
 
 def altered(trajectory, **changes):

@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
-from limner import pipeline
+from limner import pipeline, storage
 from limner.cli import options
-from limner.errors import CannotDraw
+from limner.errors import BadInput, CannotDraw
 from limner.pipeline import Settings
 from limner.vision.likeness.candidates import why
 
@@ -26,6 +26,13 @@ from limner.vision.likeness.candidates import why
     " as .svg.",
 )
 @click.option("--refuse-bad", is_flag=True, help="Draw nothing from a bad photo (blurred, dark, covered, ...).")
+@click.option("--robot", metavar="NAME", help="With --simulate: the arm that draws. Default: dumbo.")
+@click.option(
+    "--simulate",
+    "simulation",
+    metavar="DIR",
+    help="Let a simulated robot arm draw it: trajectory, ink, force and report go into this folder.",
+)
 @options.flag("style", "--style", "-s", metavar="STYLE")
 @options.flag("tone.level", "--tone", metavar="LEVEL")
 @options.flag("complete", "--complete", metavar="FEATURES")
@@ -40,6 +47,8 @@ def draw(
     number: int | None,
     out: tuple[str, ...],
     refuse_bad: bool,
+    robot: str | None,
+    simulation: str | None,
     save_settings: Path | None,
     as_json: bool,
 ) -> None:
@@ -49,6 +58,8 @@ def draw(
     what would help.
     """
     settings = options.chosen_settings(ctx, Settings, save_settings)
+    if robot and not simulation:
+        raise BadInput("--robot is for --simulate DIR; name the folder that its results go to")
     outs = out or (default_out(photo),)
     for path in outs:
         if path != "-":
@@ -62,11 +73,34 @@ def draw(
         click.echo(f"note: {note}", err=True)
     if portrait.candidates:
         click.echo(why(portrait.candidates), err=True)
-    report = portrait.report() | {"out": [path for path in outs if path != "-"]}
+    simulated = arm_draws(portrait, robot or "dumbo", simulation) if simulation else {}
+    report = portrait.report() | simulated | {"out": [path for path in outs if path != "-"]}
     if as_json:
         click.echo(json.dumps(report))
     else:
         click.echo(summary(report), err=True)
+
+
+def arm_draws(portrait: pipeline.Portrait, robot: str, folder: str) -> dict[str, Any]:
+    """Plan the portrait for an arm, simulate it, and write both into a folder; ``simulation`` of the report.
+
+    Raises:
+        LimnerError: whatever stands in the way.
+    """
+    from limner.cli.simulate import Wanted, simulated, summary as told
+    from limner.motion.arm.plan import plan_arm
+    from limner.motion.arm.robots import load_robot
+
+    arm, settings = load_robot(robot), portrait.settings
+    planned = plan_arm(portrait.drawing, arm, settings.arm)
+    # The paper lies where this plan takes it to lie.
+    physics = settings.simulation.replace(press_mm=settings.arm.lift.press_mm)
+    pen = portrait.drawing.pen
+    report = simulated(planned.trajectory, arm, physics, portrait.drawing, pen, Wanted(folder))
+    storage.save(planned.trajectory, Path(folder) / "trajectory.json")
+    for line in told(report):
+        click.echo(line, err=True)
+    return {"simulation": report | {"plan": planned.report()}}
 
 
 def default_out(photo: str) -> str:

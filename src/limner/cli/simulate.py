@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,10 @@ from limner.errors import BadInput
 from limner.motion.arm.robot import Robot
 from limner.motion.arm.robots import ROBOTS, load_robot
 from limner.pipeline import Settings
-from limner.simulation import pictures
+from limner.simulation import film, pictures
 from limner.simulation.outcome import Simulation, simulate as simulate_arm
 from limner.simulation.settings import SimulationSettings
+from limner.simulation.thesis import beside_the_thesis
 from limner.targets import files, image, joints
 from limner.types import Drawing, JointTrajectory, Pen
 
@@ -45,6 +47,13 @@ faults: tuple[Callable[[Any], Any], ...] = (
     help=f"What is drawn ({', '.join(files.READABLE)}): tells the page's size and turn, which a trajectory does not.",
 )
 @click.option("--out", "-o", metavar="DIR", help="Folder for ink.svg, ink.png, overlay.png, force.png, report.json.")
+@click.option(
+    "--film",
+    "film_kind",
+    type=click.Choice(["gif", "mp4"]),
+    help="Also make a film of the arm drawing; takes a minute.",
+)
+@click.option("--thesis", is_flag=True, help="Also draw as the thesis's arm did, beside this: thesis.png.")
 @click.option("--stiff", is_flag=True, help="The pen is held stiffly instead of by a spring.")
 @options.together(faults)
 @options.settings_options
@@ -56,6 +65,8 @@ def simulate(
     robot: str,
     drawing: str | None,
     out: str | None,
+    film_kind: str | None,
+    thesis: bool,
     stiff: bool,
     save_settings: Path | None,
     as_json: bool,
@@ -67,22 +78,33 @@ def simulate(
     a limit of the robot is refused.
     """
     settings = options.chosen_settings(ctx, Settings, save_settings)
+    if (film_kind or thesis) and not out:
+        raise BadInput("--film and --thesis need a folder to write to; name one with --out")
     chosen = settings.simulation.replace(stiff=True) if stiff else settings.simulation
     arm = load_robot(robot)
     drawn = files.read_drawing(drawing) if drawing else None
     motion = joints.load(trajectory)
     pen = drawn.pen if drawn else Pen(settings.page.pen_mm)
-    report = simulated(motion, arm, chosen, drawn, pen, out)
+    report = simulated(motion, arm, chosen, drawn, pen, Wanted(out, film_kind, thesis))
     if as_json:
         click.echo(json.dumps(report))
     else:
         click.echo("\n".join([*summary(report), *report["out"]]), err=True)
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """What is written of a simulation: nothing without a folder; ``film`` is gif, mp4 or None."""
+
+    folder: str | None
+    film: str | None = None
+    thesis: bool = False
+
+
 def simulated(
-    motion: JointTrajectory, arm: Robot, settings: SimulationSettings, drawn: Drawing | None, pen: Pen, out: str | None
+    motion: JointTrajectory, arm: Robot, settings: SimulationSettings, drawn: Drawing | None, pen: Pen, wanted: Wanted
 ) -> dict[str, Any]:
-    """Simulate, write the pictures into a folder, if one is named, and tell.
+    """Simulate, write what is wanted, and tell.
 
     Raises:
         LimnerError: whatever stands in the way.
@@ -90,12 +112,13 @@ def simulated(
     with bars() as watch:
         made = simulate_arm(motion, arm, settings, drawn, watch)
     report = made.report() | {"settings": settings.to_dict()}
-    written = write(made, pen, report, Path(out)) if out else []
+    written = write(made, pen, report, wanted) if wanted.folder else []
     return report | {"out": written}
 
 
-def write(made: Simulation, pen: Pen, report: dict[str, Any], folder: Path) -> list[str]:
-    """Everything there is of a simulation, as files; their names."""
+def write(made: Simulation, pen: Pen, report: dict[str, Any], wanted: Wanted) -> list[str]:
+    """Everything wanted of a simulation, as files; their names."""
+    folder = Path(wanted.folder or ".")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -107,6 +130,10 @@ def write(made: Simulation, pen: Pen, report: dict[str, Any], folder: Path) -> l
         "force.png": image.encode_png(pictures.force_picture(made)),
         "report.json": (json.dumps(report, indent=1) + "\n").encode(),
     }
+    if wanted.thesis:
+        written["thesis.png"] = image.encode_png(beside_the_thesis(made, pen))
+    if wanted.film:
+        written[f"film.{wanted.film}"] = film.to_film(made, pen, f".{wanted.film}")
     for name, data in written.items():
         storage.write_whole(folder / name, data)
     return [str(folder / name) for name in written]

@@ -82,17 +82,18 @@ class Simulation:
         return np.concatenate([np.zeros(0), *errors])
 
     def trail(self) -> NDArray[np.bool_]:
-        """Which records (n,) left ink in travel, away from all planned ink."""
-        travelled = self.ink.touches & ~self.ink.down
-        travelled[travelled] = self._off_plan_mm(self.ink.place_mm[travelled]) > NEAR_MM
-        return travelled
-
-    def _off_plan_mm(self, places: Floats) -> Floats:
-        """Distance of places (n, 2) from the nearest planned stroke."""
-        nearest = np.full(len(places), np.inf)
-        for line in self.plan_mm.values():
-            nearest = np.minimum(nearest, distance_mm(places, line))
-        return nearest
+        """Which records (n,) left ink in travel, away from where the stroke before ended and the next one begins."""
+        made = self.ink
+        travelled = np.flatnonzero(made.touches & ~made.down)
+        ends = np.flatnonzero(made.down)
+        away = np.full(len(travelled), np.inf)
+        for step, within in ((-1, np.searchsorted(ends, travelled) > 0), (0, travelled < ends.max(initial=-1))):
+            end = ends[np.searchsorted(ends, travelled[within]) + step]
+            distance = np.hypot(*(made.place_mm[travelled[within]] - made.place_mm[end]).T)
+            away[within] = np.minimum(away[within], distance)
+        trails = np.zeros(len(made.touches), bool)
+        trails[travelled] = away > NEAR_MM
+        return trails
 
     def _tip_errors_mm(self) -> Floats:
         """How far along the sheet the tip was from where it should have been at that time."""
@@ -125,7 +126,13 @@ def simulate(
     """
     settings = settings or SimulationSettings()
     check(trajectory, robot)
-    sheet = find_sheet(trajectory, robot, settings.press_mm, drawing)
+    return follow(trajectory, robot, find_sheet(trajectory, robot, settings.press_mm, drawing), settings, watch)
+
+
+def follow(
+    trajectory: JointTrajectory, robot: Robot, sheet: Sheet, settings: SimulationSettings, watch: Watch | None = None
+) -> Simulation:
+    """Let a simulated arm follow a motion, checked or not, over a sheet that is known; else as ``simulate``."""
     paper = sheet.faulty(settings.fault)
     told = commands(trajectory, robot, settings, step_times(float(trajectory.t_s[-1])))
     record = run(to_mjcf(robot, paper, settings), trajectory.q[0], told, settings, watch)

@@ -65,17 +65,25 @@ def to_mp4(drawing: Drawing, path: PenPath, seconds: float) -> bytes:
     Raises:
         BadInput: as ``to_gif``, or this OpenCV cannot write MP4.
     """
+    rate = FRAMES_PER_S[".mp4"]
+    return encode_mp4(frames(drawing, path, seconds, rate), rate)
+
+
+def encode_mp4(pictures: Iterator[NDArray[np.uint8]], rate: int) -> bytes:
+    """Pictures (H, W, 3) RGB, at least one, as MP4; the last one stays for a while.
+
+    Raises:
+        BadInput: this OpenCV cannot write MP4.
+    """
     import cv2
 
-    rate = FRAMES_PER_S[".mp4"]
     with tempfile.TemporaryDirectory(prefix="limner-") as folder:
         file = os.path.join(folder, "film.mp4")
-        pictures = frames(drawing, path, seconds, rate)
         picture = next(pictures)
         height, width = (side // 2 * 2 for side in picture.shape[:2])  # the format knows only even sides
         writer = cv2.VideoWriter(file, cv2.VideoWriter.fourcc(*"mp4v"), rate, (width, height))
         if not writer.isOpened():
-            raise BadInput("movie: this OpenCV cannot write MP4; choose a name that ends in .gif or .svg")
+            raise BadInput("movie: this OpenCV cannot write MP4; choose a GIF")
         last = picture
         for last in itertools.chain([picture], pictures):
             writer.write(np.ascontiguousarray(last[:height, :width, ::-1]))
