@@ -14,26 +14,21 @@ from limner.cli import limner as command
 
 PHOTOS = [f"cc0_{n:03}" for n in (1, 6, 9, 11, 16, 28, 37, 39, 46, 47, 50, 57, 61, 62, 71, 72)]
 PHOTOS += ["pd_astronaut_eileen_collins", "pd_grace_hopper"]
-NOT_FOUND = ["cc0_071"]
-"""Smiling, bearded and turned: the shipped model does not see a face."""
+MOST_STROKES = {"portrait": 120, "gabor": 150, "canny": 150}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("style", ["canny", "gabor"])
+@pytest.mark.parametrize("style", MOST_STROKES)
 @pytest.mark.parametrize("name", PHOTOS)
 def test_each_portrait_is_drawn(shared, tmp_path, name, style):
     (photo,) = (shared / "data" / "demo").glob(f"{name}.*")
     out = tmp_path / "out.svg"
     arguments = ["draw", str(photo), "-o", str(out), "--style", style, "--points", "600", "--json"]
-    if name in NOT_FOUND:
-        with pytest.raises(limner.NoFace):
-            CliRunner().invoke(command, arguments, catch_exceptions=False)
-        return
     result = CliRunner().invoke(command, arguments, catch_exceptions=False)
     assert result.exit_code == 0
     report = json.loads(result.stdout)
     assert 150 <= report["points"] <= 600
-    assert report["strokes"] <= 150
+    assert report["strokes"] <= MOST_STROKES[style]
     drawing = limner.read_svg(out)
     assert Path(report["out"][0]) == out
     # The landmarks' box, widened for hair, ears and neck, holds most of the ink.
