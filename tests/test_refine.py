@@ -31,6 +31,7 @@ from portraits import MIRROR, face_of, mirrored, plain_face
 SIZE = (600, 560)
 EYE = 128.0
 CENTRE = np.array([280.0, 290.0])
+BROW = np.arange(17, 27)
 
 
 def blank(level=200):
@@ -83,6 +84,25 @@ def test_brows_go_down_to_the_dark_arc():
     assert np.abs(after[17:27, 1] - face.points_px[17:27, 1]).max() < 2
     # The face's own down is a little aslant of the picture's.
     assert np.abs(after[17:27, 0] - face.points_px[17:27, 0]).max() < 0.5
+
+
+@pytest.mark.parametrize("off", [-8, -3])
+def test_brows_go_to_the_upper_edge_where_asked(off):
+    face, thick = plain_face(EYE, CENTRE), 12
+    rgb = blank()
+    for brow in (slice(17, 22), slice(22, 27)):
+        cv2.polylines(rgb, [np.rint(face.points_px[brow] * 16).astype(np.int32)], False, (40,) * 3, thick, 16, 4)
+    start = moved(face, slice(17, 27), [0, off])
+    after = brows(Photo(rgb), start, BrowsSettings(edge="upper")).points_px
+    # A stroke is as thick as said across itself, and the outer parts of a brow are aslant.
+    within = (face.points_px - after)[[18, 19, 24, 25], 1]
+    assert np.abs(within - thick / 2).max() < 2
+    assert np.array_equal(np.delete(after, BROW, axis=0), np.delete(face.points_px, BROW, axis=0))
+
+
+def test_on_a_flat_picture_there_is_no_upper_edge():
+    face = plain_face(EYE, CENTRE)
+    assert np.allclose(brows(Photo(blank()), face, BrowsSettings(edge="upper")).points_px, face.points_px)
 
 
 def test_brows_never_go_up():
@@ -253,10 +273,11 @@ DEGENERATE = {
     "tiny": (random_photo(12, 12), plain_face(6.0, (6.0, 6.0))),
     "cut at the left": (random_photo(560, 600), plain_face(EYE, (40.0, 290.0))),
     "cut at the chin": (random_photo(560, 320), plain_face(EYE, (280.0, 290.0))),
+    "half outside": (random_photo(560, 600), moved(plain_face(EYE, CENTRE), slice(0, 27), [-300.0, 0.0])),
     "outside": (random_photo(560, 600), plain_face(EYE, (5000.0, 290.0))),
     "one pixel": (random_photo(1, 1), plain_face(EYE, (0.0, 0.0))),
     "one point": (random_photo(560, 600), Face(np.full((68, 2), 100.0), [90, 90, 110, 110])),
-    "jaw in one point": (disc(), moved(plain_face(EYE, CENTRE), slice(0, 17), 0)),
+    "jaw in one point": (disc(), face_of(np.r_[np.full((17, 2), 290.0), plain_face(EYE, CENTRE).points_px[17:]])),
     "eyes in two points": (disc(), face_of(np.where(np.arange(68)[:, None] < 40, 100.0, 200.0) * np.ones((68, 2)))),
     "upside down": (random_photo(560, 600), face_of(2 * CENTRE - plain_face(EYE, CENTRE).points_px)),
     "large": (random_photo(3000, 2500), plain_face(1400.0, (1500.0, 1200.0))),

@@ -79,6 +79,17 @@ def test_where_only_a_curve_is_annotated_its_distance_counts(folder):
     assert np.isnan(one.errors_px["initial"][[0, 1, 2, 14, 15, 16]]).all()
 
 
+def test_distances_to_a_line_along_the_brows_make_a_table_of_their_own(folder):
+    sample = read_truths(folder)[0].sample
+    level = [np.stack([np.linspace(0, 500, 5), np.full(5, 40.0)], axis=1)] * 2
+    (one,) = measure([Truth(sample, brows_px={"level": tuple(level)})], [_face(sample.points_px)], RefineSettings(), {})
+    expected = np.abs(sample.points_px[17:27, 1] - 40)
+    assert np.allclose(one.brows_px["level"]["initial"], expected, atol=1e-6)
+    grid = tables("set", [one])[1]
+    assert grid.title.endswith("level")
+    assert grid.rows[-2][1].startswith(f"{expected.mean():.2f} /")
+
+
 def test_distance_to_a_curve_is_zero_on_it():
     knots = np.array([[0, 0], [10, 4], [20, 0], [30, -4]], float)
     assert to_curve(knots, knots, 100.0) == pytest.approx(0, abs=0.01)
@@ -94,8 +105,8 @@ def test_tables_have_the_thesis_s_form_and_its_figures():
     assert len(brows.rows) == 10 + 2
     assert len(corners.rows) == 4 + 2
     assert len(jaw.rows) == 17 + 2
-    assert brows.rows[0] == ("1", "15.00 / 10.00 %", "7.50 / 5.00 %", "14.84", "8.02")
-    assert brows.rows[-1][2:] == ("-50 %", "", "-45 %")
+    assert brows.rows[0] == ("1", "15.00 / 10.00 %", "7.50 / 5.00 %", "7.50 / 5.00 %", "14.84", "8.02")
+    assert brows.rows[-1][2:] == ("-50 %", "-50 %", "", "-45 %")
     assert jaw.rows[-2][6:] == ("16.47", "11.92", "11.60", "13.04", "13.16")
     assert total.rows[-1] == ("best", *["5.00 %"] * 5, "0 of 2")
 

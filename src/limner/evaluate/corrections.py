@@ -27,6 +27,7 @@ FOLDS = 5
 CORRECTIONS = {
     "initial": "none",
     "brows": "brows",
+    "brows-upper": "brows",
     "harris": "eye-corners",
     "fast": "eye-corners",
     "gradient": "jaw-gradient",
@@ -48,12 +49,12 @@ class Truth:
     Attributes:
         sample: its photo and landmarks, NaN where there is none.
         jaw_px: (n, 2) the annotated curve of the jaw, where its landmarks are unknown.
-        brows_px: (n, 2) for each brow the line in its middle, where its whole outline is annotated.
+        brows_px: by name lines (n, 2) along each brow, where its whole outline is annotated.
     """
 
     sample: Sample
     jaw_px: Floats | None = None
-    brows_px: tuple[Floats, Floats] | None = None
+    brows_px: dict[str, tuple[Floats, Floats]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -84,12 +85,12 @@ class Measured:
     Attributes:
         unit_px: its outer-eye distance.
         errors_px: by name of ``CORRECTIONS`` (68,); NaN where unknown; the jaw to the curve where only that is known.
-        brows_px: likewise (10,), to the middle of the brows; empty where that is unknown.
+        brows_px: by name of the line along the brows, likewise (10,), the distances to it.
     """
 
     unit_px: float
     errors_px: dict[str, Floats]
-    brows_px: dict[str, Floats] = field(default_factory=dict)
+    brows_px: dict[str, dict[str, Floats]] = field(default_factory=dict)
 
 
 def read_truths(folder: str | Path) -> list[Truth]:
@@ -111,7 +112,8 @@ def _with_curves(sample: Sample, imm: Floats) -> Truth:
     """The jaw runs through points 62 to 72; a brow's middle is between its upper and its lower edge."""
     left = (imm[[0, 1, 2, 3, 4]] + imm[[0, 7, 6, 5, 4]]) / 2
     right = (imm[[12, 13, 14, 15, 8]] + imm[[12, 11, 10, 9, 8]]) / 2
-    return Truth(sample, imm[62:73], (left, right))
+    upper = sample.points_px[17:22], sample.points_px[22:27]
+    return Truth(sample, imm[62:73], {"middle": (left, right), "upper edge": upper})
 
 
 def measure(
@@ -135,22 +137,25 @@ def measure(
 def _measured(truth: Truth, face: Face, settings: RefineSettings, models: HeldOut) -> Measured:
     photo = Photo(read_image(truth.sample.path))
     unit = truth.sample.outer_eye_px
-    errors, brows = {}, {}
+    errors: dict[str, Floats] = {}
+    brows: dict[str, dict[str, Floats]] = {line: {} for line in truth.brows_px}
     for name, names in CORRECTIONS.items():
         points = refine(photo, face, names, _settings(settings, name, models)).points_px
         errors[name] = _distances(truth.sample, points)
         if truth.jaw_px is not None:
             errors[name][:17] = to_curve(points[:17], truth.jaw_px, unit)
             errors[name][_ABOVE_THE_LOBES] = np.nan
-        if truth.brows_px is not None:
-            sides = zip((points[17:22], points[22:27]), truth.brows_px, strict=True)
-            brows[name] = np.concatenate([to_curve(side, line, unit) for side, line in sides])
+        for line, sides in truth.brows_px.items():
+            both = zip((points[17:22], points[22:27]), sides, strict=True)
+            brows[line][name] = np.concatenate([to_curve(side, knots, unit) for side, knots in both])
     return Measured(unit, errors, brows)
 
 
 def _settings(settings: RefineSettings, name: str, models: HeldOut) -> RefineSettings:
     if name in ("harris", "fast"):
         return settings.assign("eye_corners.detector", name)
+    if name == "brows-upper":
+        return settings.assign("brows.edge", "upper")
     if name.startswith("shape"):
         settings = settings.assign("shape.components", name.removeprefix("shape"))
         return settings.assign("shape.model", models.shape) if models.shape else settings

@@ -100,9 +100,10 @@ TABLE_1 = Layout(
     "Eyebrow landmark",
     tuple(str(k) for k in range(1, 11)),
     BROWS,
-    (("initial detection", "initial"), ("after correction", "brows")),
+    (("initial detection", "initial"), ("after correction", "brows"), ("to the upper edge", "brows-upper")),
     THESIS_BROWS,
 )
+_TO_LINE = "Distances to the line along the {} of the annotated brow."
 TABLE_2 = Layout(
     "Table 3.2: eye corners",
     "Landmark",
@@ -135,20 +136,16 @@ def tables(name: str, measured: Sequence[Measured]) -> list[Grid]:
         measured: its faces.
     """
     grids = [_grid(layout, name, measured, _note(layout, measured)) for layout in (TABLE_1, TABLE_2, TABLE_4)]
-    if measured and measured[0].brows_px:
-        middle = [
-            Measured(m.unit_px, {key: _only(BROWS, value) for key, value in m.brows_px.items()}) for m in measured
-        ]
-        grids.insert(
-            1,
-            _grid(
-                TABLE_1,
-                f"{name}, middle of the brow",
-                middle,
-                "Distances to the line in the middle of the annotated brow.",
-            ),
-        )
+    lines = measured[0].brows_px if measured else ()
+    grids[1:1] = [_grid(TABLE_1, f"{name}, {line}", _brows(measured, line), _TO_LINE.format(line)) for line in lines]
     return [*grids, summary(name, measured)]
+
+
+def _brows(measured: Sequence[Measured], line: str) -> list[Measured]:
+    """The distances of the brows to a line along them, as errors of their landmarks."""
+    return [
+        Measured(m.unit_px, {key: _only(BROWS, value) for key, value in m.brows_px[line].items()}) for m in measured
+    ]
 
 
 def _only(landmarks: Indices, values: Floats) -> Floats:
@@ -161,7 +158,9 @@ def _note(layout: Layout, measured: Sequence[Measured]) -> str:
     if not measured or not measured[0].brows_px:
         return ""
     if layout is TABLE_1:
-        return "IMM's brow points lie on the upper edge of the brow, which this correction leaves for its darkest part."
+        return (
+            "IMM's brow points lie on its upper edge; the thesis's correction leads to its darkest line, in its middle."
+        )
     if layout is TABLE_4:
         return "Distances to the annotated curve, which begins at the ear lobes: landmarks above them are left out."
     return ""
@@ -203,8 +202,8 @@ def _means(columns: Sequence[Sequence[float]]) -> list[str]:
 
 
 def _changes(means: Sequence[float]) -> list[str]:
-    """From the first of them, in per cent."""
-    return ["", *(f"{100 * (mean / means[0] - 1):+.0f} %" if np.isfinite(mean) else "-" for mean in means[1:])]
+    """From the first of them, in per cent; none where that is 0."""
+    return ["", *(f"{100 * (mean / means[0] - 1):+.0f} %" if np.isfinite(mean) and means[0] else "-" for mean in means[1:])]
 
 
 def summary(name: str, measured: Sequence[Measured]) -> Grid:

@@ -49,8 +49,8 @@ class Look:
 
     @property
     def size_px(self) -> tuple[int, int]:
-        """Width and height of the picture that is looked at."""
-        return round(2 * _BESIDE * self.unit_px), round((_ABOVE + _BELOW) * self.unit_px)
+        """Width and height of the picture that is looked at, both even."""
+        return 2 * round(_BESIDE * self.unit_px), 2 * round((_ABOVE + _BELOW) / 2 * self.unit_px)
 
     def place(self, mean: Floats) -> Floats:
         """A mean face (68, 2) (outer-eye distance 1, origin between the eyes) in that picture."""
@@ -154,8 +154,12 @@ class Pictures:
 def after_step(pictures: Pictures, points: Floats, mean: Floats, step: Step) -> Floats:
     """Landmarks (68, 2) after one step."""
     affine = similarity(points, step.look.place(mean))
-    change = step.move(view(pictures, points, affine, step.look)) * step.look.unit_px
-    return moved(moved(points, affine) + change, inverse(affine))
+    return stepped(points, affine, view(pictures, points, affine, step.look), step)
+
+
+def stepped(points: Floats, affine: Floats, seen: Image, step: Step) -> Floats:
+    """Landmarks (68, 2) after one step that saw ``seen`` of them in the picture to which ``affine`` brings them."""
+    return moved(moved(points, affine) + step.move(seen) * step.look.unit_px, inverse(affine))
 
 
 def view(pictures: Pictures, points: Floats, affine: Floats, look: Look) -> Image:
@@ -163,6 +167,7 @@ def view(pictures: Pictures, points: Floats, affine: Floats, look: Look) -> Imag
     slopes = _slopes(pictures.warped(affine, look.size_px), look)
     height, width = slopes.shape[:2]
     places = (moved(points, affine)[:, None] + look.offsets_px).reshape(-1, 2)
+    places = (places + 0.5) / 2 - 0.5  # to the pixels of the slopes
     places = np.clip(places, 0, [width - 1.001, height - 1.001])
     corner = places.astype(np.intp)
     x, y = (places - corner).astype(np.float32).T[..., None]
@@ -175,14 +180,20 @@ def view(pictures: Pictures, points: Floats, affine: Floats, look: Look) -> Imag
 
 
 def _slopes(image: Image, look: Look) -> Image:
-    """How steeply the picture rises in each direction (H, W, directions), blurred, over how steep it is around."""
+    """How steeply the picture rises in each direction (H / 2, W / 2, directions), over how steep it is around.
+
+    The blur takes away what half the pixels could not hold.
+    """
     smooth = blurred(image, _EDGE_BLUR_PX)
     x, y = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, scale=1 / 8), cv2.Sobel(smooth, cv2.CV_32F, 0, 1, scale=1 / 8)
     around = widely_blurred(np.asarray(x * x + y * y, np.float32), _LIGHT * look.unit_px)
     gain = 1 / np.sqrt(around + np.float32(_LEAST_SLOPE**2))
+    x, y = x * gain, y * gain
     turns = 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
-    rising = [np.maximum(x * np.float32(np.cos(turn)) + y * np.float32(np.sin(turn)), 0) * gain for turn in turns]
-    sigma = look.blur * look.unit_px
+    rising = [np.maximum(x * np.float32(np.cos(turn)) + y * np.float32(np.sin(turn)), 0) for turn in turns]
+    half = image.shape[1] // 2, image.shape[0] // 2
+    rising = [cv2.resize(each, half, interpolation=cv2.INTER_AREA) for each in rising]
+    sigma = look.blur * look.unit_px / 2
     side = 2 * math.ceil(_TAIL * sigma) + 1
     blurry = [cv2.GaussianBlur(each, (side, side), sigma, borderType=cv2.BORDER_REPLICATE) for each in rising]
     return np.asarray(cv2.merge(blurry), np.float32)

@@ -18,7 +18,7 @@ from limner.vision.landmarks.fmp.dataset import Sample
 from limner.vision.landmarks.fmp.scenes import read_image
 from limner.vision.landmarks.mirror import MIRROR
 from limner.vision.raster import Image
-from limner.vision.refine.descent import LOOKS, Descent, Look, Pictures, Step, after_step, view
+from limner.vision.refine.descent import LOOKS, Descent, Look, Pictures, Step, stepped, view
 from limner.vision.refine.ground import grey_face
 from limner.vision.refine.shape import inverse, moved, similarity, train_shape
 
@@ -161,8 +161,7 @@ def _learn(
     steps: list[Step] = []
     for number, look in enumerate(LOOKS):
         watch("step", number, len(LOOKS), f"{len(examples)} faces, {len(at)} starts")
-        step = _step(pictures, truths, at, mean, look, settings)
-        at = [after_step(*each, mean, step) for each in zip(pictures, at, strict=True)]
+        step, at = _step(pictures, truths, at, mean, look, settings)
         steps.append(step)
     watch("step", len(LOOKS), len(LOOKS), "")
     return Descent(mean, tuple(steps))
@@ -176,7 +175,7 @@ def _flipped(example: Example) -> Example:
 
 def _lit(image: Image, random: Random) -> Image:
     """The picture in another light, and sometimes less sharp."""
-    brightness, contrast, gamma = np.exp(random.normal(0, [0.15, 0.15, 0.3]))
+    brightness, contrast, gamma = np.exp(random.normal(0, [0.15, 0.15, 0.3])).tolist()
     lit = np.clip(255 * brightness * (contrast * (image / 255 - 0.5) + 0.5), 0, 255)
     lit = 255 * (lit / 255) ** gamma
     sharp = random.random() < 0.6
@@ -227,11 +226,11 @@ def _step(
     mean: Floats,
     look: Look,
     settings: DescentTrainSettings,
-) -> Step:
-    """Ridge regression from what is seen to the move that is still missing."""
+) -> tuple[Step, list[Floats]]:
+    """Ridge regression from what is seen to the move that is still missing, and where it leads."""
+    affines = [similarity(points, look.place(mean)) for points in at]
     views, moves = [], []
-    for picture, truth, points in zip(pictures, truths, at, strict=True):
-        affine = similarity(points, look.place(mean))
+    for picture, truth, points, affine in zip(pictures, truths, at, affines, strict=True):
         views.append(view(picture, points, affine, look))
         moves.append((moved(truth, affine) - moved(points, affine)).ravel() / look.unit_px)
     seen, missing = np.stack(views), np.stack(moves)
@@ -240,7 +239,8 @@ def _step(
     left, strength, right = np.linalg.svd(weights, full_matrices=False)
     basis = (left * strength)[:, : settings.rank].astype(np.float32)
     mix = right[: settings.rank].astype(np.float32)
-    return Step(look, basis, mix, (mean_move - middle @ basis @ mix).astype(np.float32))
+    step = Step(look, basis, mix, (mean_move - middle @ basis @ mix).astype(np.float32))
+    return step, [stepped(*each, step) for each in zip(at, affines, views, strict=True)]
 
 
 def _ridge(seen: NDArray[np.float32], missing: Floats, penalty: float) -> Floats:
