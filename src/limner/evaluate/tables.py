@@ -203,7 +203,9 @@ def _means(columns: Sequence[Sequence[float]]) -> list[str]:
 
 def _changes(means: Sequence[float]) -> list[str]:
     """From the first of them, in per cent; none where that is 0."""
-    return ["", *(f"{100 * (mean / means[0] - 1):+.0f} %" if np.isfinite(mean) and means[0] else "-" for mean in means[1:])]
+    known = [bool(np.isfinite(mean) and means[0]) for mean in means]
+    pairs = zip(means[1:], known[1:], strict=True)
+    return ["", *(f"{100 * (mean / means[0] - 1):+.0f} %" if shown else "-" for mean, shown in pairs)]
 
 
 def summary(name: str, measured: Sequence[Measured]) -> Grid:
