@@ -177,6 +177,7 @@ def test_an_installation_without_the_shipped_model_says_so(monkeypatch):
 @pytest.mark.parametrize(("name", "filters"), [("face_p146_small", 146), ("face_p99", 99)])
 def test_the_authors_models_are_read(shared, name, filters):
     model = import_matlab(shared / f"data/zhu-ramanan/{name}.mat")
+    assert model.threshold == -0.65  # as in the release's demonstration, not as stored
     assert model.filters.shape == (filters, 5, 5, 32)
     assert [len(part.parents) for part in model.components] == [39] * 3 + [68] * 7 + [39] * 3
     assert [part.yaw_deg for part in model.components] == list(range(90, -91, -15))
