@@ -91,7 +91,7 @@ def modes() -> Rgb:
 
 def _drawn(points: Floats) -> Rgb:
     """A face of the shape model's frame in ink on white."""
-    image = np.full((round(1.9 * _UNIT), round(1.9 * _UNIT), 3), 255, np.uint8)
+    image = np.full((round(2.1 * _UNIT), round(2.1 * _UNIT), 3), 255, np.uint8)
     return _with_curves(image, points * _UNIT + np.array(image.shape[:2]) / 2, INK)
 
 
