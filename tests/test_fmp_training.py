@@ -102,6 +102,19 @@ def test_finds_made_up_faces_it_never_saw(faces, trained, tmp_path):
     assert np.mean(errors) < 0.05
 
 
+def test_mixtures_may_share_their_filters(faces, scenes, tmp_path):
+    settings = TINY.replace(shared=True, tilt_deg=15.0, rounds=1)
+    model = train(faces[:8], scenes, settings).model
+    assert len(model.components) == 3
+    assert model.filters.shape[0] == 68
+    for component in model.components:
+        assert (component.filters == component.landmarks).all()
+    save_model(model, tmp_path / "shared.npz")
+    for sample in faces[8:10]:
+        (found,) = detect(Photo(read_image(sample.path)), FmpSettings(model=str(tmp_path / "shared.npz")))
+        assert np.hypot(*(found.points_px - sample.points_px).T).mean() / sample.outer_eye_px < 0.08
+
+
 def test_reports_what_it_reached(trained):
     assert len(trained.rounds) == TINY.rounds
     for item in trained.rounds:

@@ -99,7 +99,12 @@ def springs(positives: Sequence[Positive], tree: Tree, stiffness: float) -> tupl
 
 
 def mixture(
-    positives: Sequence[Positive], first_filter: int, yaw_deg: float, stiffness: float, background: Background
+    positives: Sequence[Positive],
+    first_filter: int,
+    yaw_deg: float,
+    stiffness: float,
+    background: Background,
+    shared: tuple[Floats, Floats] | None = None,
 ) -> tuple[Floats, Component]:
     """A tree of parts from the statistics of the faces of one pose; its score is a log odds over ``SIZE``.
 
@@ -109,14 +114,16 @@ def mixture(
         yaw_deg: turn of the head.
         stiffness: of the springs; more than 1, since the parts overlap and are counted as if each stood alone.
         background: what is no face.
+        shared: filters and offsets of all landmarks, in their order, that every mixture uses; None: its own.
 
     Returns:
-        Filters (n, SIZE) in the order of the parts, and the tree.
+        Filters (n, SIZE) in the order of the parts, none where they are shared, and the tree.
     """
     tree = chow_liu(shapes(positives), least_variance=LEAST_VARIANCE)
-    filters, odds = whitened_filters(positives, tree.landmarks, background)
+    marks = np.array(tree.landmarks)
+    filters, odds = whitened_filters(positives, tree.landmarks, background) if shared is None else shared
     anchors, rows, constant = springs(positives, tree, stiffness)
-    pool = np.arange(first_filter, first_filter + len(filters))
+    pool = first_filter + (np.arange(len(marks)) if shared is None else marks)
     bias = (float(odds.sum()) + constant) / SIZE
-    parents, landmarks = np.array(tree.parents), np.array(tree.landmarks)
-    return filters / SIZE, Component(yaw_deg, bias, parents, pool, rows / SIZE, anchors, landmarks)
+    own = filters if shared is None else np.zeros((0, SIZE))
+    return own / SIZE, Component(yaw_deg, bias, np.array(tree.parents), pool, rows / SIZE, anchors, marks)

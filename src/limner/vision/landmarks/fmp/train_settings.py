@@ -18,6 +18,7 @@ class TrainSettings(SettingsGroup):
     interval: int = setting(4, "Sizes tried from one size to its half", low=1, high=20)
     yaw_deg: float = setting(0.0, "Turn of the two turned mixtures; 0 for none", unit="deg", low=0, high=25)
     tilt_deg: float = setting(0.0, "Tilt of the two tilted mixtures; 0 for none", unit="deg", low=0, high=45)
+    shared: bool = setting(False, "All mixtures use the same filters, one for each landmark; springs are their own")
     yaw_reach_deg: float = setting(8.0, "Faces are shown turned by up to this more or less", unit="deg", low=0, high=15)
     tilt_reach_deg: float = setting(
         11.0, "Faces are shown tilted by up to this more or less", unit="deg", low=0, high=30

@@ -19,6 +19,7 @@ from limner.vision.landmarks.fmp.completion import completed
 from limner.vision.landmarks.fmp.dataset import Sample
 from limner.vision.landmarks.fmp.examples import FLOOR, Examples, Round, Watch, silent
 from limner.vision.landmarks.fmp.hog import CHANNELS
+from limner.vision.landmarks.fmp.layout import SIZE
 from limner.vision.landmarks.fmp.learning import Learned, learning_curve
 from limner.vision.landmarks.fmp.mining import levels
 from limner.vision.landmarks.fmp.model import Component, FmpModel
@@ -119,10 +120,13 @@ def first_model(faces: Sequence[Positive], background: initial.Background, setti
     """Trees, filters and springs from the statistics of each pose; its scores are log odds, in a unit that suits."""
     filters: list[Floats] = []
     components: list[Component] = []
+    shared = initial.whitened_filters(faces, range(len(faces[0].cells)), background) if settings.shared else None
+    if shared is not None:
+        filters.append(shared[0] / SIZE)
     for k, pose in enumerate(settings.poses):
         of_pose = [face for face in faces if face.pose == k]
-        start = sum(map(len, filters))
-        some, component = initial.mixture(of_pose, start, pose.yaw_deg, settings.stiffness, background)
+        start = 0 if settings.shared else sum(map(len, filters))
+        some, component = initial.mixture(of_pose, start, pose.yaw_deg, settings.stiffness, background, shared)
         filters.append(some)
         components.append(component)
     pool = np.concatenate(filters).reshape(-1, FILTER, FILTER, CHANNELS)
