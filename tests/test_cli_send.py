@@ -200,7 +200,7 @@ def test_it_asks_shows_the_time_left_pauses_and_goes_on(tmp_path, run, plotter):
     time.sleep(0.5)
     assert len(plotter.fake.ink) == drawn
     terminal.press(" ")
-    terminal.until("going on")
+    wait_for(lambda: len(plotter.fake.ink) > drawn)
     assert terminal.end() == 0, terminal.seen
     assert "left" in terminal.seen
     assert "drawn: 13 strokes" in terminal.seen
