@@ -8,6 +8,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet install --constraint constraints.txt
 OUT    := build/demo
+DEBIAN  = $(shell grep -v '^\#' tests/debian.txt)
 # The newest of the usual names that is new enough.
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
@@ -37,7 +38,8 @@ demo: $(VENV)/.demo
 		--out $(OUT)/astronaut.svg --out $(OUT)/astronaut.png
 
 test: $(VENV)/.dev
-	@test "$$CI" != true || command -v hp2xx >/dev/null || { apt-get -qq update && apt-get -qq install -y --no-install-recommends hp2xx; } >/dev/null
+	@test "$$CI" != true || dpkg -s $(DEBIAN) >/dev/null 2>&1 || { echo "installing ROS, Chromium and what else the tests drive"; \
+		apt-get -qq update && apt-get -qq install -y --no-install-recommends $(DEBIAN); } >/dev/null
 	@echo "running the tests on $$(nproc 2>/dev/null || echo 2) cores (all the slow ones too: make test LIMNER_SLOW=1)"
 	@LIMNER_SLOW=$(LIMNER_SLOW) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q --numprocesses auto
 
