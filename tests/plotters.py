@@ -15,7 +15,9 @@ from limner import geometry
 from limner.motion.machine import load_machine
 from limner.motion.pen import plan
 from limner.targets.ebb import Ebb, EbbSettings, Limits
-from limner.targets.fake import FakeEbb, FakeGrbl, FakeLink
+from limner.targets.fake import FakeLink
+from limner.targets.fake_ebb import FakeEbb
+from limner.targets.fake_grbl import FakeGrbl
 from limner.targets.gcode import GcodeSettings
 from limner.targets.grbl import Grbl
 from limner.types import Drawing, Page, Pen

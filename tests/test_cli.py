@@ -18,6 +18,8 @@ import limner
 from limner import storage
 from limner.cli import COMMANDS, limner as command, main
 from limner.cli.evaluate import astronaut
+from limner.vision.landmarks.fmp.matlab import import_matlab
+from limner.vision.landmarks.fmp.model import load_model
 
 DRAWING_COMMANDS = ("draw", "face", "compare")
 
@@ -343,3 +345,24 @@ def test_a_reader_that_goes_away_is_no_error(photo, face_file):
         assert process.wait(60) in (0, 1)  # 1 is what click makes of it
     assert "Traceback" not in err
     assert "bug" not in err
+
+
+def test_the_authors_models_are_imported_by_one_command(run, shared, tmp_path):
+    source, out = shared / "data/zhu-ramanan/face_p99.mat", tmp_path / "p99.npz"
+    ran = run("train", "import", source, "-o", out, "--json")
+    report = json.loads(ran.out)
+    assert (ran.code, report["out"], report["views"]) == (0, [str(out)], 13)
+    assert report["parts"] == [39] * 3 + [68] * 7 + [39] * 3
+    assert load_model(out) == import_matlab(source)
+
+
+@pytest.mark.parametrize(
+    ("content", "out", "said"),
+    [(b"x" * 500, "a.npz", "face.mat"), (None, "a.npz", "face.mat"), (b"x", "a.mat", ".npz")],
+)
+def test_what_cannot_be_imported_gives_one_line(run, tmp_path, content, out, said):
+    if content is not None:
+        (tmp_path / "face.mat").write_bytes(content)
+    ran = run("train", "import", tmp_path / "face.mat", "-o", tmp_path / out)
+    assert (ran.code, said in ran.err, ran.err.count("\n")) == (2, True, 1)
+    assert not (tmp_path / out).exists()

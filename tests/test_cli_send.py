@@ -17,7 +17,8 @@ import pytest
 import limner
 from drawings import of
 from limner.cli import main
-from limner.targets.fake import FakeGrbl, Fault
+from limner.targets.fake import Fault
+from limner.targets.fake_grbl import FakeGrbl
 from limner.targets.journal import unfinished
 from plotters import Served, counted, inked
 

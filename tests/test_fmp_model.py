@@ -61,7 +61,10 @@ def test_rest_shape_is_where_each_spring_costs_least():
     tree = component(springs=[[0] * 4, [0.1, 0.2, 0.3, -0.6], [1, 0, 1, 0], [1, 0, 1, 0]])
     child = tree.rest_cells[1]
     d = tree.anchors[1] - child
-    cost = lambda dx, dy: 0.1 * dx**2 + 0.2 * dx + 0.3 * dy**2 - 0.6 * dy  # noqa: E731
+
+    def cost(dx, dy):
+        return 0.1 * dx**2 + 0.2 * dx + 0.3 * dy**2 - 0.6 * dy
+
     assert all(cost(*d) < cost(d[0] + x, d[1] + y) for x, y in [(0.1, 0), (-0.1, 0), (0, 0.1), (0, -0.1)])
     np.testing.assert_allclose(tree.rest_cells[3], tree.rest_cells[1] + tree.anchors[3])
 

@@ -200,7 +200,9 @@ def test_a_curve_settles_on_the_line_it_is_near(off):
 
 @pytest.mark.parametrize("off", [-6, 0, 6])
 def test_a_line_is_followed_round_its_bends(off):
-    wave = lambda x: 100 + 5 * np.sin(x / 25)  # noqa: E731
+    def wave(x):
+        return 100 + 5 * np.sin(x / 25)
+
     found = follow(seen := seen_line(wave), straight(100.0 + off), 14.0, seen.fine)
     inner = found.line[5:-5]
     assert np.abs(inner[:, 1] - wave(inner[:, 0])).max() < 1.5

@@ -16,7 +16,8 @@ from limner.errors import BadInput, DeviceFailed
 from limner.motion.machine import load_machine
 from limner.motion.pen import plan
 from limner.targets.ebb import Ebb, EbbSettings, Limits
-from limner.targets.fake import FAULTS, FakeGrbl, FakeLink, Fault
+from limner.targets.fake import FAULTS, FakeLink, Fault
+from limner.targets.fake_grbl import FakeGrbl
 from limner.targets.gcode import GcodeSettings
 from limner.targets.grbl_words import ALARMS, ERRORS, explained
 from limner.targets.journal import Journal, Place

@@ -12,7 +12,9 @@ from drawings import of
 from limner.errors import BadInput, DeviceFailed, MissingExtra
 from limner.targets.connect import Wiring, connect, parse_address
 from limner.targets.ebb import EbbSettings, Limits
-from limner.targets.fake import FakeEbb, FakeGrbl, Fault
+from limner.targets.fake import Fault
+from limner.targets.fake_ebb import FakeEbb
+from limner.targets.fake_grbl import FakeGrbl
 from limner.targets.gcode import GcodeSettings
 from limner.targets.journal import Journal
 from limner.targets.link import LONGEST_LINE, Lines, Noise

@@ -38,7 +38,11 @@ def calls(monkeypatch):
         watch(pipeline, name)
     for name, run in dict(lines.EXTRACTORS).items():
         monkeypatch.setitem(lines.EXTRACTORS, name, lambda *args, name=name, run=run: done.append(name) or run(*args))
-    found = lambda photo, settings: done.append("detect") or (FACE,)  # noqa: E731
+
+    def found(photo, settings):
+        done.append("detect")
+        return (FACE,)
+
     monkeypatch.setitem(DETECTORS, "fmp", DETECTORS["fmp"]._replace(detect=found))
     return done
 

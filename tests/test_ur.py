@@ -64,7 +64,10 @@ def arm(robot, route, tmp_path):
         try:
             with fake:
                 ur = Ur("127.0.0.1", fake.port, route, settings or UrSettings(), silence_s=silence_s)
-                draw = lambda place: Place(place.stroke + ur.draw(place.stroke, lambda: control.stop))  # noqa: E731
+
+                def draw(place):
+                    return Place(place.stroke + ur.draw(place.stroke, lambda: control.stop))
+
                 return fake, drive(ur, draw, DRAWN, journal, control, watch), journal
         finally:
             journal.close()

@@ -15,6 +15,7 @@ from limner.cli.progress import bars
 from limner.cli.train_photos import best, likeness, shape
 from limner.vision.landmarks.fmp import scenes as fmp_scenes
 from limner.vision.landmarks.fmp.dataset import Sample, read_folder
+from limner.vision.landmarks.fmp.matlab import import_matlab
 from limner.vision.landmarks.fmp.model import save_model
 from limner.vision.landmarks.fmp.training import TrainSettings, train as train_fmp
 
@@ -77,6 +78,26 @@ def fmp(
             if rows:
                 Console(stderr=True, highlight=False).print(table(title, rows))
         click.echo(out, err=True)
+
+
+@train.command("import")
+@click.argument("file", metavar="FILE.mat")
+@click.option("--out", "-o", required=True, metavar="FILE", help="Where to, an .npz.")
+@options.json_option
+def import_model(file: str, out: str, as_json: bool) -> None:
+    """Turn a model of Zhu & Ramanan's release (MATLAB) into one that needs no scipy.
+
+    The result goes wherever a face model does: limner draw --model, limner face --model.
+    """
+    options.check_suffix(out, ".npz")
+    model = import_matlab(file)
+    save_model(model, out)
+    parts = [len(component.parents) for component in model.components]
+    if as_json:
+        click.echo(json.dumps({"out": [out], "name": model.name, "views": len(parts), "parts": parts}))
+    else:
+        filters = f"{len(model.filters)} filters of {len(parts)} views with {min(parts)} to {max(parts)} parts"
+        click.echo(f"{out}: {filters}", err=True)
 
 
 def annotated(folders: tuple[str, ...], skip_bad: bool) -> list[Sample]:

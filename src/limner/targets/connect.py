@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 from limner.errors import BadInput
 from limner.targets.ebb import Ebb, EbbSettings, Limits, Plan
-from limner.targets.fake import FakeEbb, FakeGrbl, FakeLink
+from limner.targets.fake import FakeLink
+from limner.targets.fake_ebb import FakeEbb
+from limner.targets.fake_grbl import FakeGrbl
 from limner.targets.gcode import GcodeSettings
 from limner.targets.grbl import Grbl
 from limner.targets.link import Link
