@@ -31,14 +31,15 @@ ALLOWED = {
     "simulation": BASE | {"motion", "targets"},
     "pipeline": BASE | {"vision", "drawing", "motion", "targets", "simulation"},
     "evaluate": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
-    "cli": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets", "evaluate"},
+    "studio": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets"},
+    "cli": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets", "evaluate", "studio"},
     "__init__": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
     "__main__": {"cli"},
     "vpype_plugin": BASE | {"pipeline"},
 }
 # Packages that cost time or are optional: the only places that may name them.
 HEAVY = {
-    "cv2": {"vision", "targets", "evaluate", "simulation"},
+    "cv2": {"vision", "targets", "evaluate", "simulation", "studio/worker.py"},
     "PIL": {"vision/photo.py", "vision/landmarks/fmp", "targets", "simulation"},
     "scipy": {"vision/landmarks/fmp", "evaluate"},
     "svgelements": {"targets/svg_read.py", "targets/flatten.py"},
@@ -55,6 +56,8 @@ HEAVY = {
     "pinocchio": {"motion/arm/numeric_ik.py"},
     "mujoco": {"simulation/physics.py"},
     "toppra": {"motion/arm/retime.py"},
+    "starlette": {"studio"},
+    "uvicorn": {"studio/serve.py"},
 }
 
 

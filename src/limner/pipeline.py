@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -255,15 +256,16 @@ class Session:
     same while their names are. One drawing at a time.
     """
 
-    def __init__(self, source: Source | Photo, keep: int = 1) -> None:
+    def __init__(self, source: Source | Photo, keep: int = 1, before: Callable[[], None] = lambda: None) -> None:
         """Take a photo; it is read for the first drawing.
 
         Args:
             source: a photo, or anything ``load_photo`` reads.
             keep: how many results of each stage are held, the latest.
+            before: called before each stage; what it raises ends the drawing there.
         """
         self._source = source
-        self._stages = Stages(keep)
+        self._stages = Stages(keep, before)
 
     def draw(
         self,

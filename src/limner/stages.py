@@ -19,13 +19,15 @@ class Stages:
     where a stage was done again and came out the same, what follows it is not done again.
     """
 
-    def __init__(self, keep: int = 1) -> None:
+    def __init__(self, keep: int = 1, before: Callable[[], None] = lambda: None) -> None:
         """Remember nothing yet.
 
         Args:
             keep: how many results of each stage are held, the latest; bounds the memory.
+            before: called before each stage; what it raises ends the work there.
         """
         self._keep = keep
+        self._before = before
         self._kept: dict[str, list[tuple[Any, Any]]] = {}
         self._seconds: dict[str, float] = {}
 
@@ -37,6 +39,7 @@ class Stages:
             run: the stage.
             *inputs: all that the result depends on.
         """
+        self._before()
         start = time.perf_counter()
         key = (run, inputs)
         kept = self._kept.setdefault(name, [])

@@ -23,6 +23,7 @@ COMMANDS = {
     "plan": ("limner.cli.plan", "Tell how long a machine draws, and show it."),
     "simulate": ("limner.cli.simulate", "Let a simulated robot arm draw, with physics and faults."),
     "send": ("limner.cli.send", "Draw on a plotter or with an arm."),
+    "studio": ("limner.cli.studio", "Open the studio: from a photo to the machine, in the browser."),
     "train": ("limner.cli.train", "Train the models that limner ships."),
     "evaluate": ("limner.cli.evaluate", "Measure accuracy and speed."),
 }

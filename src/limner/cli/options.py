@@ -180,7 +180,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print one JS
 def chosen_settings(ctx: click.Context, tree: type[Tree], save_to: Path | None = None) -> Tree:
     """The settings that the command was given: the file, then the options; written to ``save_to`` when asked."""
     file = ctx.meta.get(_FILE)
-    settings = read_toml(tree, _read_text(file)) if file else tree()
+    settings = read_toml(tree, read_text(file)) if file else tree()
     for path, text in ctx.meta.get(_ASSIGNED, []):
         settings = settings.assign(path, text)
     if ctx.meta.get(_MODEL) and isinstance(settings, Settings):
@@ -205,7 +205,12 @@ def model_path(settings: Settings, file: str) -> str:
     return path
 
 
-def _read_text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """The text of a file.
+
+    Raises:
+        BadInput: it cannot be read, or is no text.
+    """
     try:
         return storage.read_bytes(path).decode()
     except UnicodeDecodeError as error:

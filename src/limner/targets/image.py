@@ -63,6 +63,15 @@ def encode_png(image: NDArray[np.uint8], dpi: float | None = None) -> bytes:
     return out.getvalue()
 
 
+def encode_jpeg(image: NDArray[np.uint8], quality: int = 88) -> bytes:
+    """An RGB (H, W, 3) picture as JPEG file."""
+    from PIL import Image
+
+    out = io.BytesIO()
+    Image.fromarray(image).save(out, "JPEG", quality=quality)
+    return out.getvalue()
+
+
 def _grey(drawing: Drawing, px_per_mm: float) -> NDArray[np.uint8]:
     import cv2
 

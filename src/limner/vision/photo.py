@@ -36,6 +36,8 @@ _BAND_PIXELS = 2**20
 _STREAM_BYTES = 512 * 2**20
 _HEIC_BRANDS = (b"heic", b"heix", b"hevc", b"hevx", b"heim", b"heis", b"hevm", b"hevs")
 _ORIENTATION_TAG = 0x0112
+# Several pictures in one file of another format are pages, sizes or views.
+_MOVING = ("GIF", "PNG", "WEBP", "AVIF")
 
 # EXIF orientation -> whether rows and columns are exchanged, then the steps along y and x.
 _TURNS = {
@@ -52,7 +54,7 @@ _TURNS = {
 _pillow_globals = threading.RLock()
 
 
-def load_photo(source: Source) -> Photo:
+def load_photo(source: Source, *, still: bool = False) -> Photo:
     """Read a picture, turn it upright and bring it to sRGB.
 
     The EXIF orientation is applied, an embedded colour profile converted, transparency laid on white; of
@@ -62,6 +64,7 @@ def load_photo(source: Source) -> Photo:
     Args:
         source: a path, ``-`` for standard input, the bytes of a file, an open binary file, a Pillow image, or
             an array: (H, W) grey, (H, W, 3) RGB or (H, W, 4) RGBA of uint8, uint16 or floats in [0, 1].
+        still: refuse a picture that moves.
 
     Raises:
         BadInput: it cannot be read, is no picture, is broken, or claims more than ``REFUSED_PIXELS``.
@@ -74,6 +77,8 @@ def load_photo(source: Source) -> Photo:
             return Photo(_from_image(source, "photo"))
     data, name = _read(source)
     with _decoding(name), _open(data, name) as image:
+        if still and image.format in _MOVING and getattr(image, "is_animated", False):
+            raise BadInput(f"{name}: is an animation; use a single picture")
         pixels = _from_image(image, name)
     return Photo(pixels)
 
@@ -98,6 +103,15 @@ def crop_photo(photo: Photo, box: Box) -> Photo:
             f" x + width up to {width} and y + height up to {height} px"
         )
     return Photo(photo.rgb[y : y + h, x : x + w])
+
+
+def shrink_photo(photo: Photo, side_px: int) -> Photo:
+    """The photo with no side longer than ``side_px``; itself where none is."""
+    if max(photo.size_px) <= side_px:
+        return photo
+    image = Image.fromarray(photo.rgb)
+    image.thumbnail((side_px, side_px), Image.Resampling.BOX, reducing_gap=None)
+    return Photo(np.asarray(image))
 
 
 def _read(source: Any) -> tuple[bytes, str]:

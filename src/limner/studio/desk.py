@@ -1,0 +1,147 @@
+"""The work of the computing process: a task's name and its arguments go in, plain data and bytes come out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from limner import storage
+from limner.drawing.measure import measure
+from limner.errors import NoFace
+from limner.motion.cost import costs
+from limner.motion.machine import load_machine
+from limner.pipeline import Portrait, Session, Settings, find_faces, refine_face
+from limner.studio import frames, menu
+from limner.studio.wishes import face_of, settings_of, template
+from limner.targets.image import encode_jpeg
+from limner.types import Drawing, Face, Photo
+from limner.vision.landmarks import choose
+from limner.vision.photo import load_photo, shrink_photo
+from limner.vision.quality import photo_notes
+
+SIDE_PX = 2048
+"""A larger photo is looked at in this size; a face is drawn from 128 px between its eyes."""
+
+DRAFT_KICKS = 2
+"""How long the order of a draft is looked for; the drawing itself takes the settings' time."""
+
+_HELD, _KEPT = 4, 6  # photos, and results of each stage of one, such as of each style
+
+
+class NotHeld(Exception):
+    """A photo that is not on the desk: new, or gone for later ones."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """A photo on the desk.
+
+    Attributes:
+        photo: upright, at most ``SIDE_PX``.
+        faces: found in it, largest first.
+        session: that draws it.
+    """
+
+    photo: Photo
+    faces: tuple[Face, ...]
+    session: Session
+
+
+class Desk:
+    """What the process holds between tasks: the latest photos."""
+
+    def __init__(self, base: Settings, going_on: Callable[[], None]) -> None:
+        """An empty desk.
+
+        Args:
+            base: settings where the page says nothing.
+            going_on: called between stages; raises when the task is not wanted any more.
+        """
+        self._base, self._going_on = base, going_on
+        self._held: OrderedDict[str, Held] = OrderedDict()
+
+    def photo(self, name: str, data: bytes) -> dict[str, Any]:
+        """Take a photo in; what was found in it, and the JPEG that is shown."""
+        photo = shrink_photo(load_photo(data, still=True), SIDE_PX)
+        self._going_on()
+        faces = find_faces(photo, self._base)
+        self._held[name] = Held(photo, faces, Session(photo, _KEPT, self._going_on))
+        while len(self._held) > _HELD:
+            self._held.popitem(last=False)
+        return {"about": self._found(photo, faces), "jpeg": encode_jpeg(photo.rgb)}
+
+    def _found(self, photo: Photo, faces: tuple[Face, ...]) -> dict[str, Any]:
+        width, height = photo.size_px
+        told: dict[str, Any] = {"width": width, "height": height, "faces": [], "notes": []}
+        try:
+            first = choose(faces, 1, photo, self._base.detect)
+        except NoFace as error:
+            return told | {"error": str(error)}
+        told["faces"] = [storage.to_fields(self._refined(photo, face)) for face in faces]
+        return told | {"notes": list(photo_notes(photo, first))}
+
+    def _refined(self, photo: Photo, face: Face) -> Face:
+        return refine_face(photo, face, self._base) if face.frontal else face
+
+    def draw(self, wish: dict[str, Any], *, draft: bool = False) -> dict[str, Any]:
+        """Draw; the report and the frame of the strokes."""
+        portrait = self._draw(wish, draft)
+        self._going_on()
+        return {"report": self._report(portrait), "frame": frames.lines_frame(portrait.drawing, wish["rev"])}
+
+    def place(self, wanted: dict[str, Any], size_px: tuple[int, int]) -> Any:
+        """A face placed by hand: by its points, or as a template in a box."""
+        given = wanted.get("points_px")
+        return storage.to_fields(face_of(template(wanted.get("box_px")) if given is None else given, size_px))
+
+    def options(self) -> dict[str, Any]:
+        """All that the page offers."""
+        return menu.options(self._base)
+
+    def variants(self, wish: dict[str, Any], kind: str) -> list[dict[str, Any]]:
+        """What stands side by side, each with the settings that make it."""
+        return menu.variants(kind, wish)
+
+    def keep(self, wish: dict[str, Any]) -> dict[str, Any]:
+        """Draw; the report, the settings, and the drawing itself."""
+        portrait = self._draw(wish, False)
+        about = {"report": self._report(portrait), "settings": portrait.settings.to_dict()}
+        return {"about": about, "npz": storage.to_npz(portrait.drawing)}
+
+    def _draw(self, wish: dict[str, Any], draft: bool) -> Portrait:
+        held, settings = self._at(wish["photo"]), settings_of(self._base, wish.get("settings") or {})
+        if draft:
+            settings = settings.replace(order=settings.order.replace(kicks=min(DRAFT_KICKS, settings.order.kicks)))
+        if wish.get("points_px") is not None:
+            return held.session.draw(settings, face=face_of(wish["points_px"], held.photo.size_px))
+        return held.session.draw(settings, number=1 + int(wish.get("face") or 0))
+
+    def _at(self, name: str) -> Held:
+        if name not in self._held:
+            raise NotHeld(name)
+        self._held.move_to_end(name)
+        return self._held[name]
+
+    def _report(self, portrait: Portrait) -> dict[str, Any]:
+        return drawing_report(portrait.drawing, portrait.settings.machine) | {
+            "style": portrait.settings.style,
+            "likeness": portrait.likeness,
+            "page_from_photo": portrait.page_from_photo.tolist(),
+            "points_px": portrait.face.points_px.tolist(),
+            "compute_s": sum(portrait.seconds.values()),
+        }
+
+
+def drawing_report(drawing: Drawing, machine: str) -> dict[str, Any]:
+    """What a drawing costs on a machine, and its page."""
+    told = costs(drawing, load_machine(machine))
+    return {
+        **dataclasses.asdict(measure(drawing)),
+        "seconds": told.seconds,
+        "minutes": told.seconds / 60,
+        "page": dataclasses.asdict(drawing.page),
+        "pen_mm": drawing.pen.width_mm,
+    }

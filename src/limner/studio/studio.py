@@ -1,0 +1,70 @@
+"""What all parts of the server share, and the two things most of them do: find a visitor's photo, have it computed."""
+
+from __future__ import annotations
+
+import secrets
+from dataclasses import dataclass
+from typing import Any
+
+from limner.errors import BadInput
+from limner.studio.computer import NOW, Computer, PhotoMissing
+from limner.studio.visitors import HeldPhoto, Visitor, Visitors
+
+
+class NotThere(BadInput):
+    """A name that a visitor has nothing under."""
+
+
+@dataclass
+class Studio:
+    """The server's parts.
+
+    Attributes:
+        visitors: who has a cookie.
+        computer: the computing process.
+        settings: of the tree, where the page says nothing.
+        booth: whether the page is the booth's.
+    """
+
+    visitors: Visitors
+    computer: Computer
+    settings: dict[str, Any]
+    booth: bool = False
+
+    async def take(self, visitor: Visitor, data: bytes) -> HeldPhoto:
+        """Look at a new photo, and hold it.
+
+        Raises:
+            BadInput: it is no picture that can be used.
+        """
+        name = secrets.token_urlsafe(9)
+        found = await self.computer.ask("photo", NOW, name=name, data=data)
+        held = HeldPhoto(name, data, found["jpeg"], {"photo": name} | found["about"])
+        visitor.photos.add(name, held)
+        return held
+
+    async def compute(self, visitor: Visitor, task: str, wish: dict[str, Any], urgency: int = NOW, **more: Any) -> Any:
+        """Have something computed of a photo of a visitor's.
+
+        Raises:
+            NotThere: he has no such photo.
+            LimnerError: whatever stands in the way.
+        """
+        held = photo_of(visitor, wish.get("photo"))
+        try:
+            return await self.computer.ask(task, urgency, wish=wish, **more)
+        except PhotoMissing:
+            await self.computer.ask("photo", urgency, name=held.name, data=held.data)
+            return await self.computer.ask(task, urgency, wish=wish, **more)
+
+
+def photo_of(visitor: Visitor, name: Any) -> HeldPhoto:
+    """A visitor's photo.
+
+    Raises:
+        NotThere: he has no such photo.
+    """
+    held = visitor.photos.get(name) if isinstance(name, str) else None
+    if held is None:
+        raise NotThere("no such photo here; it was let go of for later ones, or is another's: take it again")
+    return held
