@@ -1,4 +1,4 @@
-"""What the page wishes for, as plain JSON, goes in; checked settings and faces come out, or a line that says why not."""
+"""What the page wishes for, as plain JSON, goes in; checked settings and faces come out, or a line that says why."""
 
 from __future__ import annotations
 
