@@ -38,7 +38,7 @@ def ebb(silence_s=SILENCE_S, page=None, **kind):
     machine, page = load_machine("axidraw"), page or Page()
 
     def motion(start, line):
-        return plan(Drawing((line,), ("face",), [1.0], page, Pen()), machine, start, None)
+        return plan(Drawing((line,), ("face",), [1.0], page, (Pen(),)), machine, start, None)
 
     home = tuple(machine.home_mm(page).tolist())
     limits = Limits(machine.travel_mm_s, machine.draw_mm_s**2 / (2 * machine.draw_mm_s2))

@@ -18,7 +18,7 @@ from limner.types import Drawing, Page, Pen
 
 def drawn(*lines, page=(60, 40), pen=0.5):
     some = of(*lines)
-    return Drawing(some.lines_mm, some.region, some.weight, Page(*page, 0), Pen(pen))
+    return Drawing(some.lines_mm, some.region, some.weight, Page(*page, 0), (Pen(pen),))
 
 
 def ink_mm2(drawing, px_per_mm):

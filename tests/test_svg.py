@@ -83,7 +83,7 @@ def test_what_comes_back_is_the_drawing_to_a_micron(drawing):
     st.builds(Pen, st.floats(0.01, 50)),
 )
 def test_any_page_and_pen_come_back(page, pen):
-    data = to_svg(Drawing((np.array([[0.5, 0.5], [0.7, 0.9]]),), ("eye",), np.ones(1), page, pen))
+    data = to_svg(Drawing((np.array([[0.5, 0.5], [0.7, 0.9]]),), ("eye",), np.ones(1), page, (pen,)))
     once = read_svg(data)
     assert to_svg(once) == data
     for name in ("width_mm", "height_mm", "margin_mm"):
@@ -117,7 +117,7 @@ def test_golden():
         ("eye", "jaw", "hair"),
         np.array([1.5, 1 / 3, 0]),
         Page(100, 210, 5),
-        Pen(0.4),
+        (Pen(0.4),),
     )
     assert to_svg(drawing, {"b": 1, "a": "<&>"}, 'Ann & "Bob"\x00').decode().splitlines() == [
         '<?xml version="1.0" encoding="UTF-8"?>',

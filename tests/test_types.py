@@ -28,7 +28,7 @@ def strokes(lines):
 
 
 def drawing(lines):
-    return Drawing(tuple(lines), ("hair",) * len(lines), np.ones(len(lines)), Page(100, 120, 5), Pen(0.3))
+    return Drawing(tuple(lines), ("hair",) * len(lines), np.ones(len(lines)), Page(100, 120, 5), (Pen(0.3),))
 
 
 def samples(n=4, dof=2):

@@ -88,13 +88,17 @@ def from_fields(kind: type[T], fields: Any) -> T:
         BadInput: a field is missing, unknown, or has another shape.
     """
     names = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
-    if not isinstance(fields, Mapping) or not set(fields) <= set(names):
-        unknown = sorted(set(map(str, fields)) - set(names)) if isinstance(fields, Mapping) else type(fields).__name__
+    known = {*names, "pen"} if kind is Drawing else set(names)
+    if not isinstance(fields, Mapping) or not set(fields) <= known:
+        unknown = sorted(set(map(str, fields)) - known) if isinstance(fields, Mapping) else type(fields).__name__
         raise BadInput(f"{kind.__name__}: expected an object with {', '.join(names)}; got {unknown}")
     given = dict(fields)
-    for name, part in (("page", Page), ("pen", Pen)):
-        if isinstance(given.get(name), Mapping):
-            given[name] = from_fields(part, given[name])
+    if kind is Drawing and "pen" in given:  # as drawings of one pen were once stored
+        given["pens"] = [given.pop("pen")]
+    if isinstance(given.get("page"), Mapping):
+        given["page"] = from_fields(Page, given["page"])
+    if isinstance(given.get("pens"), list):
+        given["pens"] = tuple(from_fields(Pen, pen) for pen in given["pens"])
     try:
         return kind(**given)
     except (TypeError, ValueError, AttributeError, OverflowError) as error:
@@ -127,7 +131,7 @@ def to_npz(value: Any) -> bytes:
         if field.name in _LINES:
             arrays[field.name] = np.concatenate([np.empty((0, 2)), *item])
             arrays[f"{field.name}.end"] = np.cumsum([len(line) for line in item], dtype=np.int64)
-        elif dataclasses.is_dataclass(item):
+        elif field.name in _OBJECTS:
             arrays[field.name] = np.array(json.dumps(to_fields(item)))
         else:
             arrays[field.name] = np.array(item if not isinstance(item, tuple) or item else np.empty(0, "U1"))
@@ -182,7 +186,7 @@ def from_npz(kind: type[T], data: bytes) -> T:
             if ends.ndim != 1 or ends.dtype.kind != "i" or array.ndim != 2:
                 raise BadInput(f"{kind.__name__}: {key} and {key}.end are not lines and their ends")
             fields[key] = tuple(np.split(array, ends[:-1]) if len(ends) else ())
-        elif key in ("page", "pen"):
+        elif key in (*_OBJECTS, "pen"):
             fields[key] = json.loads(str(array)) if array.ndim == 0 else {}
         elif array.dtype.kind == "U":
             fields[key] = tuple(array.tolist()) if array.ndim else str(array)
@@ -192,6 +196,7 @@ def from_npz(kind: type[T], data: bytes) -> T:
 
 
 _LINES = ("lines_px", "lines_mm")
+_OBJECTS = ("page", "pens")
 
 
 def save(value: Any, path: str | Path) -> None:

@@ -7,8 +7,9 @@ Frames: *photo* is pixels, x right, y down, (0, 0) the centre of the top-left pi
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -190,6 +191,52 @@ def _regions(regions: Sequence[str], n: int, name: str) -> tuple[str, ...]:
     return regions
 
 
+_PEN_NAME = re.compile(r"[\w][\w .-]{0,39}", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Pen:
+    """What draws: the width of its line [mm], its colour (sRGB, 0 to 255) and what people call it."""
+
+    width_mm: float = 0.5
+    rgb: tuple[int, int, int] = (0, 0, 0)
+    name: str = "black"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "width_mm", float(self.width_mm))
+        rgb = tuple(int(value) for value in self.rgb)
+        object.__setattr__(self, "rgb", rgb)
+        if not 0.01 <= self.width_mm <= 50:
+            raise BadInput(f"pen: a line width of {self.width_mm:g} mm, expected 0.01 to 50 mm")
+        if len(rgb) != 3 or not all(0 <= value <= 255 for value in rgb):
+            raise BadInput(f"pen: a colour of {rgb}, expected red, green and blue from 0 to 255")
+        if not _PEN_NAME.fullmatch(self.name):
+            raise BadInput(f"pen: the name '{self.name}', expected up to 40 letters, digits, spaces, dots, - and _")
+
+    @property
+    def hex(self) -> str:
+        """The colour as #rrggbb."""
+        return "#" + bytes(self.rgb).hex()
+
+
+def _pens(pens: object, name: str) -> tuple[Pen, ...]:
+    found = tuple(pen for pen in pens if isinstance(pen, Pen)) if isinstance(pens, Sequence) else ()
+    if not isinstance(pens, Sequence) or not found or len(found) < len(pens):
+        raise BadInput(f"{name}: expected a tuple of at least one pen")
+    return found
+
+
+def _layers(layer: ArrayLike, n: int, pens: int, name: str) -> NDArray[np.int64]:
+    given = frozen_array(np.zeros(n) if np.size(layer) == 0 else layer, np.int64, (n,), name)
+    if n and not (given.min() >= 0 and given.max() < pens):
+        raise BadInput(f"{name}: expected indices of {pens} pens, got {given.min()} to {given.max()}")
+    return given
+
+
+def _first_layer() -> NDArray[np.int64]:
+    return np.zeros(0, np.int64)
+
+
 @dataclass(frozen=True, eq=False)
 class Strokes(Value):
     """Ordered polylines in the photo.
@@ -199,12 +246,16 @@ class Strokes(Value):
         region: of each line, one of ``REGIONS``.
         weight: (lines,) how much the drawing would miss it, >= 0.
         size_px: width and height of the photo.
+        pens: what colours there are; their widths are settled where the strokes are placed on a page.
+        layer: (lines,) index of each line's pen; none given: the first.
     """
 
     lines_px: tuple[Floats, ...]
     region: tuple[str, ...]
     weight: Floats
     size_px: tuple[int, int]
+    pens: tuple[Pen, ...] = (Pen(),)
+    layer: NDArray[np.int64] = field(default_factory=_first_layer)
 
     def __post_init__(self) -> None:
         self._freeze("lines_px", _lines(self.lines_px, "Strokes.lines_px"))
@@ -212,6 +263,8 @@ class Strokes(Value):
         self._freeze("weight", frozen_array(self.weight, np.float64, (len(self.lines_px),), "Strokes.weight"))
         width, height = self.size_px
         self._freeze("size_px", (int(width), int(height)))
+        self._freeze("pens", _pens(self.pens, "Strokes.pens"))
+        self._freeze("layer", _layers(self.layer, len(self.lines_px), len(self.pens), "Strokes.layer"))
 
 
 @dataclass(frozen=True)
@@ -237,18 +290,6 @@ class Page:
             )
 
 
-@dataclass(frozen=True)
-class Pen:
-    """What draws: the width of its line [mm]."""
-
-    width_mm: float = 0.5
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "width_mm", float(self.width_mm))
-        if not 0.01 <= self.width_mm <= 50:
-            raise BadInput(f"pen: a line width of {self.width_mm:g} mm, expected 0.01 to 50 mm")
-
-
 @dataclass(frozen=True, eq=False)
 class Drawing(Value):
     """Strokes on a page, in the order in which they are drawn.
@@ -258,24 +299,55 @@ class Drawing(Value):
         region: of each line, one of ``REGIONS``.
         weight: (lines,) how much the drawing would miss it, >= 0.
         page: the sheet.
-        pen: what draws.
+        pens: what draws, in the order in which they are used.
+        layer: (lines,) index of each line's pen, never less than the line's before: a pen is put in once; none given:
+            the first.
     """
 
     lines_mm: tuple[Floats, ...]
     region: tuple[str, ...]
     weight: Floats
     page: Page = Page()
-    pen: Pen = Pen()
+    pens: tuple[Pen, ...] = (Pen(),)
+    layer: NDArray[np.int64] = field(default_factory=_first_layer)
 
     def __post_init__(self) -> None:
         self._freeze("lines_mm", _lines(self.lines_mm, "Drawing.lines_mm"))
         self._freeze("region", _regions(self.region, len(self.lines_mm), "Drawing.region"))
         self._freeze("weight", frozen_array(self.weight, np.float64, (len(self.lines_mm),), "Drawing.weight"))
+        self._freeze("pens", _pens(self.pens, "Drawing.pens"))
+        self._freeze("layer", _layers(self.layer, len(self.lines_mm), len(self.pens), "Drawing.layer"))
+        if (np.diff(self.layer) < 0).any():
+            raise BadInput("Drawing.layer: expected the lines of each pen together, in the order of the pens")
 
     @property
     def points(self) -> int:
         """Vertices the machine must go to."""
         return sum(len(line) for line in self.lines_mm)
+
+    @property
+    def pen(self) -> Pen:
+        """The widest of the pens, the first of those."""
+        return max(self.pens, key=lambda pen: pen.width_mm)
+
+    def pick(self, which: Sequence[int]) -> Drawing:
+        """The drawing of some of its lines, in this order, which must keep each pen's together."""
+        return dataclasses.replace(
+            self,
+            lines_mm=tuple(self.lines_mm[i] for i in which),
+            region=tuple(self.region[i] for i in which),
+            weight=self.weight[list(which)],
+            layer=self.layer[list(which)],
+        )
+
+    def by_pen(self) -> list[Drawing]:
+        """The drawing of each pen that draws something, one after the other."""
+        return [self.pick(np.flatnonzero(self.layer == k).tolist()) for k in np.unique(self.layer).tolist()]
+
+    def changes(self) -> NDArray[np.bool_]:
+        """(lines,) whether another pen is put in before the line."""
+        changed: NDArray[np.bool_] = np.diff(self.layer, prepend=self.layer[:1]) > 0
+        return changed
 
 
 @dataclass(frozen=True, eq=False)

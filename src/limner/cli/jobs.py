@@ -67,12 +67,15 @@ def plotter(drawing: str, to: str, machine: str | None, shrink: bool, baud: int,
         return send(placed, connect(address, wiring), journal, control, watch)
 
     ready = f"The pen stands raised over the page's {mover.home.replace('-', ' ')} corner, the paper lies."
+    if placed.changes().any():
+        used = [placed.pens[k].name for k in sorted(set(placed.layer.tolist()))]
+        ready += f" Pens: {', '.join(used)}; {used[0]} is in the machine."
     return Job(placed, stroke_begins(placed, mover), seconds(placed, mover), mover.name, ready, run)
 
 
 def _wiring(drawing: Drawing, machine: Machine, settings: Settings, baud: int) -> Wiring:
     def motion(start_mm: Floats, line_mm: Floats) -> PenPath:
-        return plan(Drawing((line_mm,), ("face",), np.ones(1), drawing.page, drawing.pen), machine, start_mm, None)
+        return plan(Drawing((line_mm,), ("face",), np.ones(1), drawing.page, (drawing.pen,)), machine, start_mm, None)
 
     x, y = machine.home_mm(drawing.page).tolist()
     limits = Limits(max(machine.draw_mm_s, machine.travel_mm_s), machine.draw_mm_s**2 / (2 * machine.draw_mm_s2))

@@ -26,8 +26,9 @@ _PLOTTER = {"--machine": "machine", "--fit": "shrink"}
     short_help="Draw on a plotter or with an arm.",
     help=f"""Draw DRAWING on a plotter, or with --robot what `limner plan --robot` has written with an arm.
 
-    It asks before anything moves. Space pauses with the pen up and goes on; Ctrl-C stops with the pen up, a second
-    one at once. What is drawn stands in a journal beside the drawing, from which --resume goes on.
+    It asks before anything moves. Space pauses with the pen up and goes on; Ctrl-C stops with the pen up, a second one
+    at once. It pauses where a drawing wants its next pen. What is drawn stands in a journal beside the drawing, from
+    which --resume goes on.
 
     {machines.READS}""",
 )
@@ -76,6 +77,8 @@ def send(
         if unused := [name for name, value in _PLOTTER.items() if ctx.params[value]]:
             raise BadInput(f"{unused[0]} is for plotters; leave it out with --robot")
         job = jobs.arm(drawing, to, robot, settings)
+    if job.drawing.changes().any() and not sys.stdin.isatty():
+        raise BadInput(f"{drawing}: has several pens, and nobody is there to change them; send it from a terminal")
     place = jobs.first_place(job, resume, first)
     file = journal_file or f"{drawing}.journal"
     left = None if resume else unfinished(file, job.drawing)
@@ -124,12 +127,17 @@ class _Shown:
     def __init__(self, watch: Watch, job: Job, *, quiet: bool) -> None:
         self._watch, self._quiet = watch, quiet
         self._begins, self._total = job.begins_s, job.seconds
+        self._changes = job.drawing.changes()
+        self._drawing = job.drawing
         self._at = 0
 
     def place(self, place: Place, waits: bool) -> None:
         """Where the pen goes on, and whether it waits there."""
         self._at = place.stroke
-        self._show("paused with the pen up; space goes on" if waits else f"{clock(self._total - self._done)} left")
+        change = f": now the pen {self._pen(place)}" if place.vertex == 0 and self._changes[place.stroke] else ""
+        self._show(
+            f"paused with the pen up{change}; space goes on" if waits else f"{clock(self._total - self._done)} left"
+        )
 
     def say(self, text: str) -> None:
         """What happens next."""
@@ -137,6 +145,10 @@ class _Shown:
             self._show(text)
         elif not self._quiet:
             click.echo(text, err=True)
+
+    def _pen(self, place: Place) -> str:
+        pen = self._drawing.pens[int(self._drawing.layer[place.stroke])]
+        return f"{pen.name} ({pen.hex})"
 
     @property
     def _done(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,8 +36,8 @@ class CleanSettings(SettingsGroup):
 def clean(drawing: Drawing, settings: CleanSettings) -> Drawing:
     """Draw doubled lines once, join strokes whose ends meet, drop crumbs, simplify.
 
-    Point trimming by the shape of the line, not only by the distance to the next point as in the thesis (4.3.1).
-    Joined strokes weigh as much as their parts together.
+    Lines of different pens have nothing to do with each other. Point trimming by the shape of the line, not only by the
+    distance to the next point as in the thesis (4.3.1). Joined strokes weigh as much as their parts together.
 
     Args:
         drawing: strokes in any order.
@@ -49,28 +50,34 @@ def clean(drawing: Drawing, settings: CleanSettings) -> Drawing:
     Raises:
         NothingToDraw: every stroke is shorter than ``settings.min_length_mm``.
     """
+    kept = [piece for part in drawing.by_pen() for piece in _cleaned(part, settings)]
+    if drawing.lines_mm and not kept:
+        raise NothingToDraw(
+            f"every stroke is shorter than {settings.min_length_mm:g} mm (min_length_mm); choose less, or a larger page"
+        )
+    return dataclasses.replace(
+        drawing,
+        lines_mm=tuple(line for line, _, _, _ in kept),
+        region=tuple(region for _, region, _, _ in kept),
+        weight=np.array([weight for _, _, weight, _ in kept]),
+        layer=np.array([layer for _, _, _, layer in kept], np.int64),
+    )
+
+
+def _cleaned(drawing: Drawing, settings: CleanSettings) -> list[tuple[Floats, str, float, int]]:
+    """Line, region, weight and layer of what is left of a drawing of one pen."""
     given = [geometry.without_repeats(line) for line in drawing.lines_mm]
     pieces = without_doubles(given, drawing.weight, settings.double_pens * drawing.pen.width_mm)
     lines = [piece.line for piece in pieces]
     regions = [drawing.region[piece.source] for piece in pieces]
     weights = [float(drawing.weight[piece.source]) * piece.share for piece in pieces]
-    kept: list[tuple[Floats, str, float]] = []
+    layer, kept = int(drawing.layer[0]), []
     for chain, closed in chains(lines, regions, settings.join_mm):
         line = _linked(lines, chain, closed)
         if geometry.length(line) >= settings.min_length_mm:
             weight = sum(weights[i] for i, _ in chain)
-            kept.append((simplified(line, settings.tolerance_mm), regions[chain[0][0]], weight))
-    if lines and not kept:
-        raise NothingToDraw(
-            f"every stroke is shorter than {settings.min_length_mm:g} mm (min_length_mm); choose less, or a larger page"
-        )
-    return Drawing(
-        tuple(line for line, _, _ in kept),
-        tuple(region for _, region, _ in kept),
-        np.array([weight for _, _, weight in kept]),
-        drawing.page,
-        drawing.pen,
-    )
+            kept.append((simplified(line, settings.tolerance_mm), regions[chain[0][0]], weight, layer))
+    return kept
 
 
 def simplified(line: Floats, tolerance: float) -> Floats:

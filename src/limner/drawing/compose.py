@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,10 +45,10 @@ def compose(strokes: Strokes, page: Page, settings: ComposeSettings, pen: Pen | 
         strokes: polylines [px], photo frame.
         page: paper size and margins [mm].
         settings: what is fitted to the page.
-        pen: what draws; a 0.5 mm line if not given.
+        pen: whose width all pens have; 0.5 mm if not given.
 
     Returns:
-        Drawing in the page frame [mm], origin at the lower left, with the strokes in the order given.
+        Drawing in the page frame [mm], origin at the lower left, with each pen's strokes in the order given.
 
     Raises:
         NothingToDraw: there is no stroke.
@@ -60,7 +61,15 @@ def compose(strokes: Strokes, page: Page, settings: ComposeSettings, pen: Pen | 
     affine = page_from_photo(strokes, page, settings, pen)
     up = np.array([[affine[0, 0], 0, affine[0, 2]], [0, -affine[1, 1], page.height_mm - affine[1, 2]]])
     lines = [line @ up[:, :2].T + up[:, 2] for line in strokes.lines_px]
-    return Drawing(tuple(lines), strokes.region, strokes.weight, page, pen)
+    by_pen = np.argsort(strokes.layer, kind="stable").tolist()
+    return Drawing(
+        tuple(lines[i] for i in by_pen),
+        tuple(strokes.region[i] for i in by_pen),
+        strokes.weight[by_pen],
+        page,
+        tuple(dataclasses.replace(colour, width_mm=pen.width_mm) for colour in strokes.pens),
+        strokes.layer[by_pen],
+    )
 
 
 def page_from_photo(strokes: Strokes, page: Page, settings: ComposeSettings, pen: Pen | None = None) -> Floats:
@@ -99,8 +108,7 @@ def fill_page(drawing: Drawing, settings: ComposeSettings) -> tuple[Drawing, Flo
     scale = min(scale, _MOST_GROWTH)
     offset = np.array([page.width_mm, page.height_mm]) / 2 - scale * (low + high) / 2
     lines = tuple(line * scale + offset for line in drawing.lines_mm)
-    grown = Drawing(lines, drawing.region, drawing.weight, page, drawing.pen)
-    return grown, np.array([[scale, 0, offset[0]], [0, scale, offset[1]]])
+    return dataclasses.replace(drawing, lines_mm=lines), np.array([[scale, 0, offset[0]], [0, scale, offset[1]]])
 
 
 def grown(affine: Floats, growth: Floats, page: Page) -> Floats:

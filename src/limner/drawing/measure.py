@@ -23,7 +23,8 @@ class Measures:
         points: vertices the machine must go to.
         ink_mm: pen-down length.
         travel_mm: pen-up length: from ``HOME_MM`` to the first stroke, between strokes, and back.
-        lifts: how often the pen is raised; not between strokes of which one starts where the other ended.
+        lifts: how often the pen is raised; not between strokes of which one starts where the other ended,
+            unless the pen is changed.
     """
 
     strokes: int
@@ -41,7 +42,7 @@ def measure(drawing: Drawing) -> Measures:
         points=drawing.points,
         ink_mm=float(geometry.total_length(drawing.lines_mm)),
         travel_mm=float(hops.sum()),
-        lifts=int((hops[1:-1] > 0).sum()) + bool(drawing.lines_mm),
+        lifts=int(((hops[1:-1] > 0) | drawing.changes()[1:]).sum()) + bool(drawing.lines_mm),
     )
 
 

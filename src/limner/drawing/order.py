@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,7 +13,7 @@ from limner.drawing.measure import HOME_MM, travel_hops_mm
 from limner.drawing.start import greedy_tour
 from limner.drawing.tour import Tour, shake
 from limner.settings import SettingsGroup, setting
-from limner.types import Drawing, Floats
+from limner.types import REGIONS, Drawing, Floats
 
 AUDIENCE: tuple[tuple[str, ...], ...] = (
     ("jaw", "ear"),
@@ -55,8 +56,8 @@ def order(drawing: Drawing, settings: OrderSettings) -> Drawing:
     """Sequence and turn the strokes so that the pen travels little between them.
 
     The shortest hops first, then a local search over moves of two and three hops (Lin & Kernighan 1973) that is shaken
-    out of its dead ends; a closed stroke may begin at any of its points. Bounded by steps and not by time, so the
-    same drawing gives the same order.
+    out of its dead ends; pen by pen, since to change them is a stop; a closed stroke may begin at any of its points.
+    Bounded by steps and not by time, so the same drawing gives the same order.
 
     Args:
         drawing: strokes in any order.
@@ -68,10 +69,8 @@ def order(drawing: Drawing, settings: OrderSettings) -> Drawing:
     if not drawing.lines_mm or settings.by == "given":
         return drawing
     home = np.array(HOME_MM)
-    if settings.by == "travel":
-        found = Row.of(drawing).shortened(home, home, settings)
-        return found.of_drawing(drawing) if found.travel_mm() < travel_mm(drawing) else drawing
-    parts = [Row.of(drawing, regions) for regions in AUDIENCE]
+    groups = AUDIENCE if settings.by == "audience" else (None,)
+    parts = [Row.of(drawing, regions, layer) for layer in range(len(drawing.pens)) for regions in groups]
     parts = [part for part in parts if part.lines]
     sequence: list[int] = []
     lines: list[Floats] = []
@@ -79,7 +78,9 @@ def order(drawing: Drawing, settings: OrderSettings) -> Drawing:
     for part, after in zip(parts, [*parts[1:], None], strict=True):
         part = part.shortened(here, after.middle() if after else home, settings)
         sequence, lines, here = sequence + part.sequence, lines + part.lines, part.lines[-1][-1]
-    return Row(sequence, lines).of_drawing(drawing)
+    found = Row(sequence, lines)
+    shorter = settings.by == "audience" or found.travel_mm() < travel_mm(drawing)
+    return found.of_drawing(drawing) if shorter else drawing
 
 
 def travel_mm(drawing: Drawing) -> float:
@@ -100,15 +101,15 @@ class Row:
     lines: list[Floats]
 
     @classmethod
-    def of(cls, drawing: Drawing, regions: Sequence[str] | None = None) -> Row:
-        """All strokes, or those of some regions, as they stand."""
-        some = [i for i, region in enumerate(drawing.region) if regions is None or region in regions]
+    def of(cls, drawing: Drawing, regions: Sequence[str] | None = None, layer: int = 0) -> Row:
+        """A pen's strokes, or those of some regions, as they stand."""
+        regions = REGIONS if regions is None else regions
+        some = [i for i, k in enumerate(drawing.layer) if k == layer and drawing.region[i] in regions]
         return cls(some, [drawing.lines_mm[i] for i in some])
 
     def of_drawing(self, drawing: Drawing) -> Drawing:
         """The drawing in this order."""
-        regions = tuple(drawing.region[i] for i in self.sequence)
-        return Drawing(tuple(self.lines), regions, drawing.weight[self.sequence], drawing.page, drawing.pen)
+        return dataclasses.replace(drawing.pick(self.sequence), lines_mm=tuple(self.lines))
 
     def middle(self) -> Floats:
         """Where the ends of the strokes are on average."""

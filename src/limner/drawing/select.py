@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import heapq
 from dataclasses import dataclass
 
@@ -123,8 +124,7 @@ def select(drawing: Drawing, settings: SelectSettings, limit: TimeLimit | None =
     steps = _Steps(drawing, versions, _costs(drawing, versions, settings, limit), settings.nearness * max(side, 1e-6))
     lines, weights = _fill(steps, drawing.weight, budget)
     chosen = sorted(lines)
-    regions = tuple(drawing.region[i] for i in chosen)
-    return Drawing(tuple(lines[i] for i in chosen), regions, weights[chosen], drawing.page, drawing.pen)
+    return dataclasses.replace(drawing.pick(chosen), lines_mm=tuple(lines[i] for i in chosen), weight=weights[chosen])
 
 
 class _Steps:

@@ -27,7 +27,7 @@ def random_strokes() -> Drawing:
     """Random walks all over a page."""
     rng = np.random.default_rng(0)
     walks = rng.uniform(10, 130, (STROKES, 1, 2)) + rng.normal(0, 0.4, (STROKES, POINTS_PER_STROKE, 2)).cumsum(axis=1)
-    return Drawing(tuple(walks), ("face",) * STROKES, np.ones(STROKES), Page(), Pen())
+    return Drawing(tuple(walks), ("face",) * STROKES, np.ones(STROKES), Page(), (Pen(),))
 
 
 def drawing_s(drawing: Drawing) -> Iterator[tuple[str, float]]:

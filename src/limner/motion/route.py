@@ -40,8 +40,8 @@ class Route:
 def route(drawing: Drawing, start_mm: Floats, end_mm: Floats | None) -> Route:
     """The moves of a drawing, in its order.
 
-    The pen stays down where a stroke starts at the point at which the one before ended. Points that repeat the one
-    before are left out; a dot is a move of no length with the pen down.
+    The pen stays down where a stroke starts at the point at which the one before ended, unless it is another pen's.
+    Points that repeat the one before are left out; a dot is a move of no length with the pen down.
 
     Args:
         drawing: what to draw.
@@ -54,7 +54,7 @@ def route(drawing: Drawing, start_mm: Floats, end_mm: Floats | None) -> Route:
     points, stroke = _points(drawing)
     first = np.concatenate([[True], stroke[1:] != stroke[:-1]])
     last = np.concatenate([first[1:], [True]])
-    meets = first & np.concatenate([[False], (points[1:] == points[:-1]).all(axis=1)])
+    meets = first & np.concatenate([[False], (points[1:] == points[:-1]).all(axis=1)]) & ~drawing.changes()[stroke]
     # A dot needs two vertices, a stroke that goes on from the one before needs its first no more.
     times = np.where(first & last, np.where(meets, 1, 2), np.where(meets, 0, 1))
     copies = np.arange(times.sum()) - np.repeat(np.cumsum(times) - times, times)

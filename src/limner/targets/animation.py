@@ -6,6 +6,7 @@ import numpy as np
 
 from limner import geometry
 from limner.errors import BadInput
+from limner.targets.svg import colour
 from limner.types import Drawing, Floats, PenPath
 
 HOLD_PART = 0.12
@@ -48,12 +49,18 @@ def to_animated_svg(drawing: Drawing, path: PenPath, seconds: float) -> bytes:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{page.width_mm:g}mm" height="{page.height_mm:g}mm"'
         f' viewBox="0 0 {page.width_mm:g} {page.height_mm:g}">',
         '<rect width="100%" height="100%" fill="white"/>',
-        f'<g fill="none" stroke="black" stroke-width="{drawing.pen.width_mm:g}" stroke-linecap="round"'
-        ' stroke-linejoin="round">',
     ]
-    for line, first, last in zip(drawing.lines_mm, begin * scale, end * scale, strict=True):
-        lines.append(_growing(line, page.height_mm, float(first), float(last), rounds_s))
-    return "\n".join([*lines, "</g>", "</svg>", ""]).encode()
+    moments = zip(begin * scale, end * scale, strict=True)
+    for part in drawing.by_pen():
+        pen = drawing.pens[int(part.layer[0])]
+        lines.append(
+            f'<g fill="none" stroke="{colour(pen)}" stroke-width="{pen.width_mm:g}" stroke-linecap="round"'
+            ' stroke-linejoin="round">'
+        )
+        for line, (first, last) in zip(part.lines_mm, moments, strict=False):
+            lines.append(_growing(line, page.height_mm, float(first), float(last), rounds_s))
+        lines.append("</g>")
+    return "\n".join([*lines, "</svg>", ""]).encode()
 
 
 def stroke_times(path: PenPath, strokes: int) -> tuple[Floats, Floats]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from limner.errors import BadInput
 from limner.settings import SettingsGroup, setting
-from limner.types import Drawing, Floats, Page
+from limner.types import Drawing, Floats, Page, Pen
 
 MODES = "G21 G90 G17 G94"
 """Millimetres, absolute, the XY plane, feed per minute: said first, whatever the machine was at."""
@@ -30,6 +30,7 @@ class GcodeSettings(SettingsGroup):
     z_down_mm: float = setting(0.0, "Z of the lowered pen", unit="mm", low=-1000, high=1000)
     z_mm_min: float = setting(600.0, "Feed at which Z lowers the pen", unit="mm/min", low=1, high=1e5)
     draw_mm_min: float = setting(2400.0, "Feed with the pen down", unit="mm/min", low=1, high=1e6)
+    pen_change: str = setting("M0", "Lines where the next pen is put in, the one before raised; M0 waits for a key")
     header: str = setting("", "Lines after the modes; {width}, {height} of the page [mm] and {strokes} are filled in")
     footer: str = setting("M2", "Lines at the end, the pen raised and back at the origin; filled in alike")
 
@@ -96,8 +97,14 @@ def _lines(drawing: Drawing, settings: GcodeSettings) -> Iterator[str]:
     yield from _template(settings.header, drawing, "header")
     yield from words.up()
     place: list[float] | None = None
+    changes = drawing.changes().tolist()
+    yield from () if drawing.pens == (Pen(drawing.pen.width_mm),) else _pen(drawing, 0)
     for k, line in enumerate(drawing.lines_mm):
         points = rounded(line).tolist()
+        if changes[k]:
+            yield from words.up() if place is not None else ()
+            yield from [*_pen(drawing, k), *_template(settings.pen_change, drawing, "pen_change")]
+            place = None
         if points[0] != place:
             yield from words.up() if place is not None else ()
         yield f"(stroke {k + 1}: {drawing.region[k]})"
@@ -114,6 +121,12 @@ def _lines(drawing: Drawing, settings: GcodeSettings) -> Iterator[str]:
     yield from words.up() if place is not None else ()
     yield words.travel([0.0, 0.0])
     yield from _template(settings.footer, drawing, "footer")
+
+
+def _pen(drawing: Drawing, k: int) -> list[str]:
+    """Which pen draws from the k-th line on."""
+    pen = drawing.pens[int(drawing.layer[k])] if len(drawing.layer) else drawing.pen
+    return [f"(pen {pen.name}: {pen.hex}, {pen.width_mm:.9g} mm)"]
 
 
 def _page(page: Page) -> str:

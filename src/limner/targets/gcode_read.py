@@ -25,6 +25,7 @@ _COMMENT = re.compile(r"\(([^)]*)\)|;(.*)$")
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 _PAGE = re.compile(r"limner: page ([\d.e+]+) x ([\d.e+]+) mm, margin ([\d.e+-]+), pen ([\d.e+-]+)")
 _LIFT = re.compile(r"pen up ([SZ])([-\d.]+), down [SZ]([-\d.]+)")
+_PEN = re.compile(r"pen ([\w .-]+): #([0-9a-f]{6}), ([\d.e+-]+) mm")
 _STROKE = re.compile(r"stroke \d+: (\w+)")
 _IGNORED = {4.0, 17.0, 40.0, 49.0, 54.0, 80.0, 94.0, 64.0, 61.0}
 _REFUSED = {18.0: "the XZ plane", 19.0: "the YZ plane", 93.0: "inverse time feed"}
@@ -70,7 +71,9 @@ class _Replay:
     down: bool = False
     region: str = "face"
     page: Page | None = None
-    pen: Pen = field(default_factory=Pen)
+    width_mm: float = Pen().width_mm
+    pens: list[Pen] = field(default_factory=list)
+    layers: list[int] = field(default_factory=list)
     lines: list[list[list[float]]] = field(default_factory=list)
     regions: list[str] = field(default_factory=list)
     points: int = 0
@@ -94,7 +97,10 @@ class _Replay:
     def _comment(self, text: str) -> None:
         if match := _PAGE.search(text):
             width, height, margin, pen = map(float, match.groups())
-            self.page, self.pen = Page(width, height, margin), Pen(pen)
+            self.page, self.width_mm = Page(width, height, margin), pen
+        elif match := _PEN.search(text):
+            red, green, blue = bytes.fromhex(match[2])
+            self.pens.append(Pen(float(match[3]), (red, green, blue), match[1]))
         elif match := _LIFT.search(text):
             up, down = float(match[2]), float(match[3])
             levels = ("z_up_mm", "z_down_mm") if match[1] == "Z" else ("servo_up", "servo_down")
@@ -188,10 +194,13 @@ class _Replay:
     def _begin(self) -> None:
         self.lines.append([self.place[:2]])
         self.regions.append(self.region)
+        self.layers.append(max(len(self.pens) - 1, 0))
         self.points += 1
 
     def drawing(self) -> Drawing:
         """What was drawn."""
         lines: list[Floats] = [np.round(np.array(line), 6) for line in self.lines]
         weights = np.array([geometry.length(line) for line in lines])
-        return Drawing(tuple(lines), tuple(self.regions), weights, self.page or page_for(lines), self.pen)
+        pens = tuple(self.pens) or (Pen(self.width_mm),)
+        page = self.page or page_for(lines)
+        return Drawing(tuple(lines), tuple(self.regions), weights, page, pens, np.array(self.layers, np.int64))

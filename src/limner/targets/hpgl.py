@@ -20,13 +20,17 @@ _FARTHEST = 2**23 - 1  # the largest number of HP-GL/2
 def to_hpgl(drawing: Drawing) -> bytes:
     """The drawing as HP-GL: IN, SP, PU and PD with absolute coordinates in plotter units, y up, lower left = (0, 0).
 
-    The pen is raised after every stroke, so that each can be told from the next; a dot is the pen lowered and raised.
+    SP n takes the n-th of the pens that draw something: which is where in the plotter's carousel, or put in by hand
+    where it waits. The pen is raised after every stroke, so that each can be told from the next; a dot is the pen
+    lowered and raised.
 
     Raises:
         BadInput: a point is farther off than HP-GL can say.
     """
     words = ["IN;SP1;PA;"]
-    for line in drawing.lines_mm:
+    pens = np.unique(drawing.layer, return_inverse=True)[1] + 1
+    for line, pen, changed in zip(drawing.lines_mm, pens.tolist(), drawing.changes().tolist(), strict=True):
+        words += [f"PU;SP{pen};"] if changed else []
         points = to_units(line)
         words.append(f"PU{_pairs(points[:1])};")
         rest = points[1:]

@@ -13,7 +13,7 @@ from limner.errors import BadInput
 from limner.storage import read_bytes
 from limner.targets.hpgl import UNITS_PER_MM
 from limner.targets.paper import page_for
-from limner.types import Drawing, Floats, Page
+from limner.types import Drawing, Floats, Page, Pen
 
 MAX_POINTS = 2_000_000
 
@@ -54,6 +54,8 @@ class _Replay:
     down: bool = False
     relative: bool = False
     lines: list[list[tuple[float, float]]] = field(default_factory=list)
+    pen: int = 1
+    pens: list[int] = field(default_factory=list)
     points: int = 0
 
     def word(self, name: str, values: str) -> None:
@@ -62,6 +64,7 @@ class _Replay:
             raise BadInput(f"{name} ({_REFUSED[name]}) is not understood; expected lines in plotter units")
         if name in ("IN", "DF", "SP"):
             self.down = False
+            self.pen = int((_NUMBER.findall(values) or ["1"])[0].partition(".")[0] or 0) if name == "SP" else 1
             self.relative = self.relative and name == "SP"
         elif name in ("PA", "PR"):
             self.relative = name == "PR"
@@ -73,6 +76,7 @@ class _Replay:
     def _lift(self, down: bool) -> None:
         if down and not self.down:
             self.lines.append([self.place])
+            self.pens.append(self.pen)
             self.points += 1
         self.down = down
 
@@ -91,4 +95,14 @@ class _Replay:
         """What was drawn."""
         lines: list[Floats] = [geometry.without_repeats(np.array(line) / UNITS_PER_MM) for line in self.lines]
         weights = np.array([geometry.length(line) for line in lines])
-        return Drawing(tuple(lines), ("face",) * len(lines), weights, page or page_for(lines))
+        by_pen = np.argsort(self.pens, kind="stable").tolist()
+        used, layer = np.unique(self.pens, return_inverse=True)
+        colours = tuple(Pen(name=f"pen {number}") for number in used.tolist()) if len(used) > 1 else (Pen(),)
+        return Drawing(
+            tuple(lines[i] for i in by_pen),
+            ("face",) * len(lines),
+            weights[by_pen],
+            page or page_for(lines),
+            colours,
+            layer[by_pen],
+        )

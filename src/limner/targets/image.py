@@ -24,7 +24,7 @@ _REACH = 2.0**20  # sub-pixels; OpenCV's fixed-point coordinates overflow not fa
 
 
 def to_rgb(drawing: Drawing, px_per_mm: float = 10.0) -> NDArray[np.uint8]:
-    """Draw black lines with round ends and joins, and dots, on white.
+    """Draw lines with round ends and joins, and dots, on white, in the pens' colours; where they cross, inks add up.
 
     Each pixel is the mean of up to 8 x 8 sub-pixels; drawn in bands, since those take much memory.
 
@@ -38,11 +38,22 @@ def to_rgb(drawing: Drawing, px_per_mm: float = 10.0) -> NDArray[np.uint8]:
     Raises:
         BadInput: the resolution is not positive, or gives more than ``MAX_PIXELS``.
     """
-    return np.repeat(_grey(drawing, px_per_mm)[..., None], 3, axis=2)
+    if _is_black(drawing):
+        return np.repeat(_grey(drawing, px_per_mm)[..., None], 3, axis=2)
+    picture = np.full((*_size_px(drawing, px_per_mm)[::-1], 3), 255, np.uint8)
+    for part in drawing.by_pen():
+        white = _grey(part, px_per_mm)[..., None] / np.float32(255)
+        ink = np.array(drawing.pens[int(part.layer[0])].rgb, np.float32) / 255
+        picture = np.rint(picture * (white + (1 - white) * ink)).astype(np.uint8)
+    return picture
+
+
+def _is_black(drawing: Drawing) -> bool:
+    return all(drawing.pens[k].rgb == (0, 0, 0) for k in np.unique(drawing.layer).tolist())
 
 
 def to_png(drawing: Drawing, dpi: float = 300.0) -> bytes:
-    """The picture as a grey PNG file that knows its resolution, so that it prints at its size.
+    """The picture as a PNG file, grey if all ink is black, that knows its resolution, so that it prints at its size.
 
     Args:
         drawing: strokes in the page frame.
@@ -51,7 +62,8 @@ def to_png(drawing: Drawing, dpi: float = 300.0) -> bytes:
     Raises:
         BadInput: as ``to_rgb``.
     """
-    return encode_png(_grey(drawing, dpi / MM_PER_INCH), dpi)
+    px_per_mm = dpi / MM_PER_INCH
+    return encode_png(_grey(drawing, px_per_mm) if _is_black(drawing) else to_rgb(drawing, px_per_mm), dpi)
 
 
 def encode_png(image: NDArray[np.uint8], dpi: float | None = None) -> bytes:
@@ -76,16 +88,17 @@ def _grey(drawing: Drawing, px_per_mm: float) -> NDArray[np.uint8]:
     import cv2
 
     width, height = _size_px(drawing, px_per_mm)
-    pen = drawing.pen.width_mm * px_per_mm
-    fine = min(max(math.ceil(_PEN_SUBPIXELS / pen), 2), 8)
+    pens = [drawing.pens[k].width_mm * px_per_mm for k in drawing.layer.tolist()]
+    fine = min(max(math.ceil(_PEN_SUBPIXELS / min(pens, default=_PEN_SUBPIXELS)), 2), 8)
     lines = [_to_subpixels(line, drawing, px_per_mm * fine) for line in drawing.lines_mm]
+    wide = [(line, pen * fine) for line, pen in zip(lines, pens, strict=True)]
     rows = max(1, _BAND_SUBPIXELS // (width * fine * fine))
     image = np.empty((height, width), np.uint8)
     for top in range(0, height, rows):
         count = min(rows, height - top)
         band = np.full((count * fine, width * fine), 255, np.uint8)
-        for line in _near_band(lines, top * fine, (top + count) * fine, pen * fine):
-            _draw_line(band, line - [0, top * fine], pen * fine)
+        for line, pen in _near_band(wide, top * fine, (top + count) * fine):
+            _draw_line(band, line - [0, top * fine], pen)
         image[top : top + count] = cv2.resize(band, (width, count), interpolation=cv2.INTER_AREA)
     return image
 
@@ -109,10 +122,10 @@ def _to_subpixels(line: Floats, drawing: Drawing, per_mm: float) -> Floats:
     return np.clip(place, -_REACH, _REACH)
 
 
-def _near_band(lines: list[Floats], top: int, bottom: int, pen: float) -> Iterator[Floats]:
-    for line in lines:
+def _near_band(lines: list[tuple[Floats, float]], top: int, bottom: int) -> Iterator[tuple[Floats, float]]:
+    for line, pen in lines:
         if line[:, 1].max() >= top - pen and line[:, 1].min() <= bottom + pen:
-            yield line
+            yield line, pen
 
 
 def _draw_line(band: NDArray[np.uint8], line: Floats, pen: float) -> None:

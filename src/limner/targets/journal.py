@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import os
 import zlib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -140,12 +140,13 @@ def unfinished(path: str | Path, drawing: Drawing) -> Place | None:
     return None
 
 
-def runs_from(lines: Sequence[Floats], place: Place) -> tuple[Floats, list[Place]]:
+def runs_from(lines: Sequence[Floats], place: Place, changes: Collection[int] = ()) -> tuple[Floats, list[Place]]:
     """The strokes from a place on that the pen draws without being raised, as one line.
 
     Args:
         lines: of the drawing, without repeated points.
         place: where to go on.
+        changes: strokes before which the pen is changed, for which it must be raised.
 
     Returns:
         The line (n, 2), and for each of its points the place at which to go on from there.
@@ -154,7 +155,7 @@ def runs_from(lines: Sequence[Floats], place: Place) -> tuple[Floats, list[Place
     pieces, places = [first], [Place(place.stroke, place.vertex + k) for k in range(len(first))]
     for stroke in range(place.stroke + 1, len(lines) + 1):
         places[-1] = Place(stroke)
-        if stroke == len(lines) or (lines[stroke][0] != lines[stroke - 1][-1]).any():
+        if stroke == len(lines) or stroke in changes or (lines[stroke][0] != lines[stroke - 1][-1]).any():
             break
         # A dot where a line ends is drawn with it.
         pieces.append(lines[stroke][1:])

@@ -31,6 +31,7 @@ HOLD_S = 1.5
 
 
 _PEN_DOWN, _PEN_UP = (200, 30, 30), (150, 170, 200)
+_MOST_INKS = 20
 _FINE = 2  # sub-pixels to a pixel each way
 _SHIFT = 4
 
@@ -49,7 +50,7 @@ def to_gif(drawing: Drawing, path: PenPath, seconds: float) -> bytes:
     from PIL import Image
 
     rate = FRAMES_PER_S[".gif"]
-    palette, none = _palette(), Image.Dither.NONE
+    palette, none = _palette(drawing), Image.Dither.NONE
     pictures = frames(drawing, path, seconds, rate)
     indexed = [Image.fromarray(picture).quantize(palette=palette, dither=none) for picture in pictures]
     durations = [1000 // rate] * len(indexed)
@@ -100,16 +101,15 @@ def frames(drawing: Drawing, path: PenPath, seconds: float, rate: int) -> Iterat
     check_length(seconds)
     scale = LONGEST_PX / max(drawing.page.width_mm, drawing.page.height_mm)
     width, height = (max(2, round(side * scale)) for side in (drawing.page.width_mm, drawing.page.height_mm))
-    sheet = np.full((height * _FINE, width * _FINE), 255, np.uint8)
+    sheet = np.full((height * _FINE, width * _FINE, 3), 255, np.uint8)
     place = _to_px(path.position_mm, drawing, scale)
     times = np.linspace(path.t_s[0], path.t_s[-1], max(2, math.ceil(seconds * rate)))
     done = 0
     for t in times:
         ready = int(np.searchsorted(path.t_s, t, side="right"))
-        _ink(sheet, place, path, (done, ready), drawing.pen.width_mm * scale)
+        _ink(sheet, place, path, (done, ready), drawing, scale)
         done = ready
-        grey = cv2.resize(sheet, (width, height), interpolation=cv2.INTER_AREA)
-        picture: NDArray[np.uint8] = np.repeat(grey[..., None], 3, axis=2).astype(np.uint8)
+        picture = np.asarray(cv2.resize(sheet, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
         if t < times[-1]:
             _mark(picture, _to_px(path.at(t)[None], drawing, scale)[0], bool(path.down[min(ready, len(path.down) - 1)]))
         yield picture
@@ -119,15 +119,18 @@ def _to_px(position_mm: Floats, drawing: Drawing, scale: float) -> Floats:
     return np.stack([position_mm[:, 0], drawing.page.height_mm - position_mm[:, 1]], axis=1) * scale
 
 
-def _ink(sheet: NDArray[np.uint8], place: Floats, path: PenPath, part: tuple[int, int], pen_px: float) -> None:
+def _ink(
+    sheet: NDArray[np.uint8], place: Floats, path: PenPath, part: tuple[int, int], drawing: Drawing, scale: float
+) -> None:
     """Draw the moves that end at the samples from ``part[0]`` up to ``part[1]``."""
     import cv2
 
     fixed = np.rint((place * _FINE - 0.5) * 2**_SHIFT).astype(np.int32)
-    width = max(1, round(pen_px * _FINE))
     for k in range(max(part[0], 1), part[1]):
         if path.down[k]:
-            cv2.line(sheet, fixed[k - 1].tolist(), fixed[k].tolist(), 0, width, cv2.LINE_AA, _SHIFT)
+            pen = drawing.pens[drawing.layer[path.stroke[k]]]
+            width = max(1, round(pen.width_mm * scale * _FINE))
+            cv2.line(sheet, fixed[k - 1].tolist(), fixed[k].tolist(), pen.rgb, width, cv2.LINE_AA, _SHIFT)
 
 
 def _mark(picture: NDArray[np.uint8], place: Floats, down: bool) -> None:
@@ -137,8 +140,8 @@ def _mark(picture: NDArray[np.uint8], place: Floats, down: bool) -> None:
     cv2.circle(picture, centre, 5 << _SHIFT, _PEN_DOWN if down else _PEN_UP, cv2.FILLED, cv2.LINE_AA, _SHIFT)
 
 
-def _palette() -> Picture:
-    """Greys, and each colour of the pen on its way to white and black."""
+def _palette(drawing: Drawing) -> Picture:
+    """Greys, and each colour of the pen on its way to white and black, and of the inks to white."""
     from PIL import Image
 
     greys = [(v, v, v) for v in np.linspace(0, 255, 32).astype(int).tolist()]
@@ -148,6 +151,8 @@ def _palette() -> Picture:
         for ground in ((255, 255, 255), (0, 0, 0))
         for part in np.linspace(0, 0.9, 10)
     ]
+    inks = [pen.rgb for pen in drawing.pens if pen.rgb != (0, 0, 0)][:_MOST_INKS]
+    mixed += [tuple(255 - (255 - v) * k // 8 for v in ink) for ink in inks for k in range(1, 9)]
     picture = Image.new("P", (1, 1))
     picture.putpalette([value for colour in (greys + mixed + [greys[0]] * 256)[:256] for value in colour])
     return picture

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
+
+import numpy as np
 
 from limner import geometry
 from limner.errors import DeviceFailed
@@ -38,7 +40,7 @@ Watch = Callable[[Place, bool], None]
 
 
 def send(drawing: Drawing, target: Target, journal: Journal, control: Control, watch: Watch) -> Place:
-    """Draw the lines of a drawing from the journal's place on, as ``drive`` does.
+    """Draw the lines of a drawing from the journal's place on, as ``drive`` does; it pauses where the pen is changed.
 
     Args:
         drawing: to draw; already checked against the machine's area.
@@ -48,16 +50,23 @@ def send(drawing: Drawing, target: Target, journal: Journal, control: Control, w
         watch: told before every line.
     """
     lines = [geometry.without_repeats(line) for line in drawing.lines_mm]
+    changes = frozenset(np.flatnonzero(drawing.changes()).tolist())
 
     def draw(place: Place) -> Place:
-        line, places = runs_from(lines, place)
+        line, places = runs_from(lines, place, changes)
         return places[target.draw(line, control.going_on)]
 
-    return drive(target, draw, len(lines), journal, control, watch)
+    return drive(target, draw, len(lines), journal, control, watch, changes)
 
 
 def drive(
-    device: Device, draw: Callable[[Place], Place], strokes: int, journal: Journal, control: Control, watch: Watch
+    device: Device,
+    draw: Callable[[Place], Place],
+    strokes: int,
+    journal: Journal,
+    control: Control,
+    watch: Watch,
+    changes: Collection[int] = (),
 ) -> Place:
     """Draw from the journal's place on.
 
@@ -72,6 +81,7 @@ def drive(
         journal: of this drawing.
         control: looked at before every line.
         watch: told before every line.
+        changes: strokes before which it pauses, since another pen must be put in.
 
     Returns:
         Where to go on: beyond the last stroke when the drawing is finished, else where it was stopped, the pen up.
@@ -80,9 +90,13 @@ def drive(
         DeviceFailed: with the state of the pen, and where it was.
         KeyboardInterrupt: interrupted at once; the pen was raised if that was possible.
     """
+    waits = {Place(stroke) for stroke in changes}
     try:
         device.open()
         while journal.place.stroke < strokes and not control.stop:
+            if journal.place in waits:
+                waits.remove(journal.place)
+                control.pause = True
             watch(journal.place, control.pause)
             if control.pause:
                 time.sleep(LOOK_S)

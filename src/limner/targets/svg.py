@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 from xml.sax.saxutils import escape
@@ -15,10 +15,13 @@ from numpy.typing import NDArray
 from limner import bezier
 from limner.errors import BadInput
 from limner.settings import SettingsGroup, setting
-from limner.types import Drawing, Floats
+from limner.types import Drawing, Floats, Pen
 
 ABOUT_NAMESPACE = "urn:limner:1"
 """XML namespace of the element in ``<metadata>`` that says how the drawing was made."""
+
+INKSCAPE_NAMESPACE = "http://www.inkscape.org/namespaces/inkscape"
+"""XML namespace of what makes a group a layer."""
 
 _FARTHEST_MM = 1e6
 _NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -40,9 +43,10 @@ def to_svg(
 ) -> bytes:
     """The drawing as an SVG document in UTF-8.
 
-    Lengths are millimetres with three decimals, so that a file that was read comes out again byte for byte. An
-    SVG's y goes down and the page frame's up: here and in ``read_svg`` the page is mirrored, nothing else changes.
-    Repeated points are left out; a dot is a path of no length, which the round caps of the line make visible.
+    Lengths are millimetres with three decimals, so that a file that was read comes out again byte for byte. An SVG's y
+    goes down and the page frame's up: here and in ``read_svg`` the page is mirrored, nothing else changes. Each of
+    several pens has its layer. Repeated points are left out; a dot is a path of no length, which the round caps of the
+    line make visible.
 
     Args:
         drawing: strokes in the page frame.
@@ -64,14 +68,33 @@ def to_svg(
     ]
     if about is not None:
         lines.append(f"<metadata>{_about(about)}</metadata>")
-    lines.append(
-        f'<g fill="none" stroke="black" stroke-width="{_number(drawing.pen.width_mm)}"'
-        ' stroke-linecap="round" stroke-linejoin="round">'
-    )
+    parts = drawing.by_pen() or [drawing]
+    for number, part in enumerate(parts, 1):
+        lines += [_layer(drawing.pens, part, number), *_paths(part, how), "</g>"]
+    return "\n".join([*lines, "</svg>", ""]).encode()
+
+
+def _layer(pens: Sequence[Pen], part: Drawing, number: int) -> str:
+    """The opening of the group of a pen's strokes: a layer of Inkscape's, unless all is drawn with one black pen."""
+    pen = pens[int(part.layer[0])] if len(part.layer) else pens[0]
+    group = f'<g fill="none" stroke="{colour(pen)}" stroke-width="{_number(pen.width_mm)}"'
+    group += ' stroke-linecap="round" stroke-linejoin="round"'
+    if len(pens) == 1 and pen == Pen(pen.width_mm):
+        return f"{group}>"
+    layer = f'inkscape:groupmode="layer" inkscape:label="{number}-{pen.name}"'
+    return f'{group} id="layer{number}" {layer} xmlns:inkscape="{INKSCAPE_NAMESPACE}">'
+
+
+def colour(pen: Pen) -> str:
+    """The pen's colour as SVG says it."""
+    return "black" if pen.rgb == (0, 0, 0) else pen.hex
+
+
+def _paths(drawing: Drawing, how: SvgSettings | None) -> Iterator[str]:
+    height_mm = drawing.page.height_mm
     for line, region, weight in zip(drawing.lines_mm, drawing.region, drawing.weight, strict=True):
-        path = _curved(line, page.height_mm, how.tolerance_mm) if how and how.curves else _path(line, page.height_mm)
-        lines.append(f'<path d="{path}" data-region="{region}" data-weight="{weight:.6g}"/>')
-    return "\n".join([*lines, "</g>", "</svg>", ""]).encode()
+        path = _curved(line, height_mm, how.tolerance_mm) if how and how.curves else _path(line, height_mm)
+        yield f'<path d="{path}" data-region="{region}" data-weight="{weight:.6g}"/>'
 
 
 def _path(line: Floats, height_mm: float) -> str:

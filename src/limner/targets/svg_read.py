@@ -18,7 +18,7 @@ from limner import geometry
 from limner.errors import BadInput
 from limner.storage import read_bytes
 from limner.targets.flatten import flatten
-from limner.targets.svg import ABOUT_NAMESPACE
+from limner.targets.svg import ABOUT_NAMESPACE, INKSCAPE_NAMESPACE
 from limner.targets.svg_guard import MAX_BYTES, check_svg
 from limner.types import REGIONS, Drawing, Floats, Page, Pen
 
@@ -38,6 +38,10 @@ _MM_PER_PX = 25.4 / 96  # CSS
 _MM = {"mm": 1.0, "cm": 10.0, "q": 0.25, "in": 25.4, "pt": 25.4 / 72, "pc": 25.4 / 6, "px": _MM_PER_PX, "": _MM_PER_PX}
 _LENGTH = re.compile(r"\s*\+?(\d*\.?\d+(?:e[+-]?\d{1,3})?)\s*(mm|cm|q|in|pt|pc|px|)\s*", re.IGNORECASE)
 _UNSEEN = ("symbol", "marker", "mask")
+_LAYER = "data-limner-layer"
+_NO_LAYER = (0, "")
+_NUMBERED = re.compile(r"^\d+\s*-")
+_UNNAMED = re.compile(r"[^\w .-]", re.ASCII)
 _DIGITS = 6
 _DEFAULT_PAGE_MM = (210.0, 297.0)
 
@@ -47,14 +51,15 @@ def read_svg(source: bytes | str | os.PathLike[str]) -> Drawing:
 
     Paths, lines, polylines, polygons, rectangles, circles and ellipses within groups, transforms and ``<use>``,
     in any unit, whatever their fill; text, pictures, and what is not displayed are left out. The region and weight
-    of strokes that ``to_svg`` wrote are read; others get ``UNKNOWN_REGION`` and their length in mm. A file that
-    says no size gets an A4 page, or a larger one if its lines need it.
+    of strokes that ``to_svg`` wrote are read; others get ``UNKNOWN_REGION`` and their length in mm. Each of Inkscape's
+    layers that has strokes is a pen, of the colour and width of most of them; without layers all is drawn with one
+    black pen. A file that says no size gets an A4 page, or a larger one if its lines need it.
 
     Args:
         source: a path, or the file's bytes.
 
     Returns:
-        Drawing in the page frame, strokes in document order.
+        Drawing in the page frame, strokes in document order, layer by layer.
 
     Raises:
         BadInput: unreadable, no SVG, entities, too large, or a page outside the limits of ``Page``.
@@ -66,12 +71,18 @@ def read_svg(source: bytes | str | os.PathLike[str]) -> Drawing:
         mm_per_px = _mm_per_px(root)
         strokes = list(_strokes(root, mm_per_px))
         width_mm, height_mm = _page_size(root, [line for line, _ in strokes])
+        strokes.sort(key=lambda stroke: _layer(stroke[1])[0])
+        layers = sorted({_layer(shape) for _, shape in strokes}) or [_NO_LAYER]
+        numbers = [number for number, _ in layers]
         return Drawing(
             tuple(_rounded(line * [1, -1] + [0, height_mm]) for line, _ in strokes),
             tuple(_region(shape) for _, shape in strokes),
             np.array([_weight(shape, line) for line, shape in strokes]),
             Page(width_mm, height_mm, _margin(root, min(width_mm, height_mm))),
-            _pen([shape for _, shape in strokes], mm_per_px),
+            tuple(
+                _pen(layer, [shape for _, shape in strokes if _layer(shape) == layer], mm_per_px) for layer in layers
+            ),
+            np.array([numbers.index(_layer(shape)[0]) for _, shape in strokes], np.int64),
         )
     except BadInput as error:
         raise BadInput(f"{name}: {error}") from error
@@ -107,10 +118,13 @@ def _tree(data: bytes, name: str) -> ElementTree.Element:
 
 
 def _tidied(root: ElementTree.Element) -> bytes:
-    """Without paths that have no data, and what is only drawn when referred to moved into ``<defs>``.
+    """Without paths that have no data, and what is only drawn when referred to moved into ``<defs>``; layers numbered.
 
-    The library stumbles over the first and draws the second.
+    The library stumbles over the first, draws the second, and hands attributes on from a group to what is in it.
     """
+    layers = (group for group in root.iter() if group.get(f"{{{INKSCAPE_NAMESPACE}}}groupmode") == "layer")
+    for number, group in enumerate(layers, 1):
+        group.set(_LAYER, f"{number} {group.get(f'{{{INKSCAPE_NAMESPACE}}}label', '')}")
     for parent in list(root.iter()):
         for k, child in enumerate(list(parent)):
             space, _, tag = str(child.tag).rpartition("}")
@@ -190,15 +204,31 @@ def _margin(root: SVG, side_mm: float) -> float:
     return margin if margin < side_mm / 2 else 0.0
 
 
-def _pen(shapes: list[Shape], mm_per_px: float) -> Pen:
-    """The width of most strokes."""
+def _layer(shape: Shape) -> tuple[int, str]:
+    """Number and label of the layer that a shape is in."""
+    number, _, label = str(shape.values.get(_LAYER, "0 ")).partition(" ")
+    return (int(number), label) if number.isdecimal() else _NO_LAYER
+
+
+def _pen(layer: tuple[int, str], shapes: list[Shape], mm_per_px: float) -> Pen:
+    """The width of most strokes, black; of a layer the colour of most, too, and the layer's name."""
+    width_mm = _width_mm(shapes, mm_per_px)
+    if layer == _NO_LAYER:
+        return Pen(width_mm)
+    colours = [shape.stroke if shape.stroke.value is not None else shape.fill for shape in shapes]
+    rgb = Counter((int(c.red), int(c.green), int(c.blue)) for c in colours).most_common(1)[0][0]
+    name = " ".join(_UNNAMED.sub(" ", _NUMBERED.sub("", layer[1])).split())[:40].strip(" .-")
+    return Pen(width_mm, rgb, name or f"pen {layer[0]}")
+
+
+def _width_mm(shapes: list[Shape], mm_per_px: float) -> float:
     widths = [
         round(_number(shape.stroke_width, 0.0) * mm_per_px, _DIGITS)
         for shape in shapes
         if shape.stroke.value is not None
     ]
     widths = [width for width in widths if 0.01 <= width <= 50]
-    return Pen(Counter(widths).most_common(1)[0][0]) if widths else Pen()
+    return Counter(widths).most_common(1)[0][0] if widths else Pen().width_mm
 
 
 def _region(shape: Shape) -> str:

@@ -97,7 +97,9 @@ def complete(
                 weights.append(geometry.length(added) / unit * getattr(importance, name))
     order = np.argsort(-np.array(weights), kind="stable")
     ordered = tuple(lines[i] for i in order)
-    return Strokes(ordered, tuple(regions[i] for i in order), np.array(weights)[order], strokes.size_px)
+    layer = np.concatenate([strokes.layer, np.zeros(len(lines) - len(strokes.lines_px), np.int64)])[order]
+    named = tuple(regions[i] for i in order)
+    return Strokes(ordered, named, np.array(weights)[order], strokes.size_px, strokes.pens, layer)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ changed setting costs only what follows it.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -131,6 +132,8 @@ def _shaded(strokes: Strokes, photo: Photo, face: Face, settings: LineSettings, 
         strokes.region + hatching.region,
         np.concatenate([strokes.weight, hatching.weight]),
         photo.size_px,
+        strokes.pens,
+        np.concatenate([strokes.layer, np.zeros(len(hatching.lines_px), np.int64)]),
     )
 
 
@@ -143,14 +146,14 @@ def _extracted(style: str, photo: Photo, face: Face, settings: LineSettings, sta
 def _in_photo(strokes: Strokes, working: Working, photo: Photo) -> Strokes:
     """Strokes of the working scale in the pixels of the photo."""
     lines = tuple(apply(working.photo_from_working, line) for line in strokes.lines_px)
-    return Strokes(lines, strokes.region, strokes.weight, photo.size_px)
+    return dataclasses.replace(strokes, lines_px=lines, size_px=photo.size_px)
 
 
 def _in_working(strokes: Strokes, working: Working) -> Strokes:
     """Strokes of the photo in the pixels of the working scale."""
     working_from_photo = np.asarray(cv2.invertAffineTransform(working.photo_from_working), np.float64)
     lines = tuple(apply(working_from_photo, line) for line in strokes.lines_px)
-    return Strokes(lines, strokes.region, strokes.weight, working.photo.size_px)
+    return dataclasses.replace(strokes, lines_px=lines, size_px=working.photo.size_px)
 
 
 def edges_to_strokes(edges: EdgeMap, face: Face, settings: LineSettings, stages: Stages | None = None) -> Strokes:
