@@ -30,21 +30,22 @@ ALLOWED = {
     "targets": BASE,
     "simulation": BASE | {"motion", "targets"},
     "pipeline": BASE | {"vision", "drawing", "motion", "targets", "simulation"},
+    "batch": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
     "evaluate": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
     "studio": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets"},
-    "cli": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets", "evaluate", "studio"},
+    "cli": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets", "batch", "evaluate", "studio"},
     "__init__": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
     "__main__": {"cli"},
     "vpype_plugin": BASE | {"pipeline"},
 }
 # Packages that cost time or are optional: the only places that may name them.
 HEAVY = {
-    "cv2": {"vision", "targets", "evaluate", "simulation", "studio/worker.py"},
+    "cv2": {"vision", "targets", "evaluate", "simulation", "studio/worker.py", "batch/threads.py"},
     "PIL": {"vision/photo.py", "vision/landmarks/fmp", "targets", "simulation"},
     "scipy": {"vision/landmarks/fmp", "evaluate"},
     "svgelements": {"targets/svg_read.py", "targets/flatten.py"},
     "tomli_w": {"settings.py"},
-    "threadpoolctl": {"vision/landmarks/fmp/threads.py"},
+    "threadpoolctl": {"vision/landmarks/fmp/threads.py", "batch/threads.py"},
     "rich": {"cli"},
     "click": {"cli", "vpype_plugin.py"},
     "vpype": {"vpype_plugin.py"},
@@ -55,6 +56,10 @@ HEAVY = {
     "urdf_parser_py": {"motion/arm/urdf.py"},
     "pinocchio": {"motion/arm/numeric_ik.py"},
     "mujoco": {"simulation/physics.py"},
+    "dask": {"batch/cluster.py"},
+    "distributed": {"batch/cluster.py"},
+    "fsspec": {"batch/remote.py"},
+    "pyarrow": {"batch/manifest.py"},
     "toppra": {"motion/arm/retime.py"},
     "starlette": {"studio"},
     "uvicorn": {"studio/serve.py"},
@@ -111,7 +116,17 @@ def test_heavy_packages_stay_in_their_place(path):
                 where.removesuffix(".py") == place.removesuffix(".py") or where.startswith(place + "/")
                 for place in HEAVY[package]
             ), f"{where} may not import {package}"
-        if package in ("scipy", "pillow_heif", "skimage", "svgelements", "serial"):
+        if package in (
+            "scipy",
+            "pillow_heif",
+            "skimage",
+            "svgelements",
+            "serial",
+            "dask",
+            "distributed",
+            "fsspec",
+            "pyarrow",
+        ):
             assert not at_import, f"{where} must import {package} inside the function that needs it"
 
 

@@ -42,6 +42,10 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+def files_in(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
 def test_there_is_something_to_test():
     assert len(COMMANDS) >= 4
     assert blocks("python")
@@ -49,10 +53,9 @@ def test_there_is_something_to_test():
 
 @pytest.mark.parametrize("line", COMMANDS)
 def test_every_command_runs(folder, line):
-    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    before = files_in(folder)
     subprocess.run([sys.executable, "-m", *shlex.split(line)], check=True, env=os.environ | {"PYTHONWARNINGS": "error"})
-    after = {path.name: path.read_bytes() for path in folder.iterdir()}
-    assert (after == before) == line.startswith("limner send"), "every other command writes a file"
+    assert (files_in(folder) == before) == line.startswith("limner send"), "every other command writes a file"
 
 
 @pytest.mark.parametrize("code", blocks("python"))

@@ -20,6 +20,7 @@ COMMANDS = {
     "draw": ("limner.cli.draw", "Draw the person in a photo as ordered pen strokes."),
     "face": ("limner.cli.face", "Find the faces in a photo and their landmarks."),
     "compare": ("limner.cli.compare", "Draw a photo in every style, side by side on one sheet."),
+    "batch": ("limner.cli.batch", "Draw many photos, on this machine or on a cluster."),
     "plan": ("limner.cli.plan", "Tell how long a machine draws, and show it."),
     "simulate": ("limner.cli.simulate", "Let a simulated robot arm draw, with physics and faults."),
     "send": ("limner.cli.send", "Draw on a plotter or with an arm."),

@@ -19,8 +19,14 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
+CORES = "LIMNER_CORES"
+"""Environment variable: how many cores a process may use, where that is less than the system lets it."""
+
+
 def cores() -> int:
     """Cores that this process may use."""
+    if os.environ.get(CORES, "").isdecimal():
+        return max(1, int(os.environ[CORES]))
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
