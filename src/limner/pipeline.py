@@ -17,7 +17,8 @@ from limner.drawing.compose import ComposeSettings, compose, fill_page, grown, p
 from limner.drawing.measure import measure
 from limner.drawing.order import OrderSettings, order
 from limner.drawing.select import CostModel, SelectSettings, select
-from limner.drawing.within import Clock, within_time
+from limner.drawing.thread import ThreadSettings, thread
+from limner.drawing.within import Clock, made_within_time, within_time
 from limner.errors import NothingToDraw
 from limner.motion.arm.plan import ArmSettings
 from limner.motion.cost import seconds as planned_seconds
@@ -35,10 +36,13 @@ from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
 from limner.vision.landmarks import DetectSettings, choose, detect
 from limner.vision.likeness.candidates import AUTO, AUTO_STYLES, Candidate, best, candidate
 from limner.vision.likeness.model import shipped_likeness
-from limner.vision.lines import STYLES, LineSettings, draw_lines
+from limner.vision.lines import MEASURED, STYLES, LineSettings, draw_lines
 from limner.vision.photo import Box, Source, crop_photo, load_photo
 from limner.vision.quality import photo_notes
 from limner.vision.refine import BEST, NONE, REFINEMENTS, RefineSettings, refine
+
+_MOST_POINTS = 20_000
+"""Of a drawing that is made to measure for a time."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,7 @@ class Settings(LineSettings):
     clean: CleanSettings = group(CleanSettings)
     machine: str = setting("axidraw", "What draws, where minutes are given: a machine's name or its TOML file")
     select: SelectSettings = group(SelectSettings)
+    thread: ThreadSettings = group(ThreadSettings)
     order: OrderSettings = group(OrderSettings)
     svg: SvgSettings = group(SvgSettings)
     gcode: GcodeSettings = group(GcodeSettings)
@@ -287,9 +292,13 @@ class Session:
         chosen = choose(faces, number, part.photo, settings.detect)
         if not face:
             chosen = stages("refine", refine, photo, chosen, refinements(settings), settings.refinement)
+        page, pen = settings.page.page(), Pen(settings.page.pen_mm)
+        if settings.style in MEASURED:
+            drawing, strokes = self._made_to_measure(part, photo, part.from_whole(chosen), settings)
+            affine = page_from_photo(strokes, page, settings.compose, pen)
+            return Portrait(photo, faces, chosen, strokes, drawing, affine, settings, stages.take_seconds())
         strokes = draw_lines(part.photo, part.from_whole(chosen), settings.style, settings, stages)
         strokes = part.to_whole(strokes, photo)
-        page, pen = settings.page.page(), Pen(settings.page.pen_mm)
         placed = stages("compose", compose, strokes, page, settings.compose, pen)
         cleaned = stages("clean", clean, placed, settings.clean)
         if settings.select.minutes is None:
@@ -300,6 +309,28 @@ class Session:
             drawing, growth = stages("order", _timed, cleaned, *budget)
         affine = grown(page_from_photo(strokes, page, settings.compose, pen), growth, page)
         return Portrait(photo, faces, chosen, strokes, drawing, affine, settings, stages.take_seconds())
+
+    def _made_to_measure(self, part: Part, photo: Photo, face: Face, settings: Settings) -> tuple[Drawing, Strokes]:
+        """A drawing of a style that is made for its budget, and what was seen for it; the face is the part's."""
+        budget, style, stages = settings.select, settings.style, self._stages
+        page, pen = settings.page.page(), Pen(settings.page.pen_mm)
+        joined = style == "one-line"
+
+        def make(points: int) -> tuple[Drawing, Strokes]:
+            count = points // settings.thread.points_per_dot if joined else points
+            sized = settings.with_points(style, max(1, count))
+            strokes = part.to_whole(draw_lines(part.photo, face, style, sized, stages), photo)
+            placed = stages("compose", compose, strokes, page, settings.compose, pen)
+            if joined:
+                placed = stages("thread", thread, placed, settings.thread)
+            return stages("order", order, placed, settings.order), strokes
+
+        usual = settings.of_style(style).points
+        if budget.minutes is None:
+            return make(budget.points or usual)
+        # Few points tell what one costs as well as many do.
+        most, few = budget.points or _MOST_POINTS, usual // 3
+        return made_within_time(make, few, most, 60 * budget.minutes, _clock(settings.machine))
 
     def _draw_best(self, settings: Settings, crop: Box | None, number: int, face: Face | None) -> Portrait:
         """Draw in each of ``AUTO_STYLES`` within the budget, and keep the best; a style that draws nothing is out."""
@@ -364,10 +395,13 @@ def _timed(
     drawing: Drawing, machine: str, choosing: SelectSettings, placing: ComposeSettings, ordering: OrderSettings
 ) -> tuple[Drawing, Floats]:
     """So much of the drawing as the machine draws in the minutes it has, finished."""
+    return within_time(drawing, choosing, _clock(machine), partial(_finished, placing=placing, ordering=ordering))
+
+
+def _clock(machine: str) -> Clock:
     mover = load_machine(machine)
     cost = CostModel(**dataclasses.asdict(mover.cost_model()))
-    clock = Clock(partial(planned_seconds, machine=mover), cost, mover.name)
-    return within_time(drawing, choosing, clock, partial(_finished, placing=placing, ordering=ordering))
+    return Clock(partial(planned_seconds, machine=mover), cost, mover.name)
 
 
 def _loaded(source: Source | Photo) -> Photo:

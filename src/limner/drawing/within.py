@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
+import numpy as np
+
 from limner.drawing.select import CostModel, SelectSettings, TimeLimit, select
 from limner.errors import CannotDraw
 from limner.types import Drawing
@@ -77,6 +79,47 @@ def within_time(
     if best is None:
         raise CannotDraw(
             f"minutes: {clock.name} draws no stroke in {limit / 60:g} min; allow more time, or choose a faster machine"
+        )
+    return best[1]
+
+
+def made_within_time(
+    make: Callable[[int], tuple[Drawing, Finished]], first: int, most: int, limit_s: float, clock: Clock
+) -> tuple[Drawing, Finished]:
+    """Make a drawing of so many points that it takes at most the time given, and nearly that if it may have enough.
+
+    Args:
+        make: a finished drawing of at most so many points.
+        first: how many are tried first.
+        most: how many there may be.
+        limit_s: the time [s].
+        clock: of the machine.
+
+    Returns:
+        What ``make`` gave for the best number of points.
+
+    Raises:
+        CannotDraw: not even the least drawing can be drawn in that time.
+    """
+    best: tuple[float, tuple[Drawing, Finished]] | None = None
+    low, high, count = 0, most + 1, min(first, most)
+    for _ in range(_TRIES):
+        found = make(count)
+        spent = clock.seconds(found[0])
+        if spent <= limit_s:
+            low = count
+            if best is None or spent > best[0]:
+                best = spent, found
+            if spent >= _ENOUGH * limit_s:
+                break
+        else:
+            high = count
+        if high - low <= 1:
+            break
+        count = int(np.clip(count * _AIM * limit_s / max(spent, 1e-9), low + 1, high - 1))
+    if best is None:
+        raise CannotDraw(
+            f"minutes: {clock.name} draws nothing in {limit_s / 60:g} min; allow more time, or choose a faster machine"
         )
     return best[1]
 

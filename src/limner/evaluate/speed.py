@@ -21,9 +21,11 @@ from limner.pipeline import Settings
 from limner.types import Face, Photo
 from limner.vision.landmarks.fmp.inference import search
 from limner.vision.landmarks.fmp.matlab import import_matlab
+from limner.vision.lines import MEASURED
 
 SMALL_PX = (640, 480)
 LARGE_PX = (4000, 3000)
+TALL_PX = (640, 800)
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,7 @@ def measure_speed(photo: Photo, runs: int = 5, models: Path | None = None) -> It
         settings = Settings(style=style)
         median = _median_ms(partial(pipeline.draw, small, settings, face=face), runs)
         yield Row(f"draw, face given, {style}, 640x480", median, "ms", goal)
+    yield from _tonal(framed(photo, TALL_PX), runs)
     for name, picture in (("640x480", small), ("12 megapixels", large)):
         goal = 250.0 if picture is small else 600.0
         yield Row(f"find faces, {name}", _median_ms(partial(pipeline.find_faces, picture), runs), "ms", goal)
@@ -81,6 +84,15 @@ def measure_speed(photo: Photo, runs: int = 5, models: Path | None = None) -> It
     yield from _plotters(small, face)
     yield from _curve(photo)
     yield from _authors(small, models, runs)
+
+
+def _tonal(photo: Photo, runs: int) -> Iterator[Row]:
+    """The styles that are made to measure, at 3000 points."""
+    face = pipeline.find_faces(photo)[0]
+    for style in MEASURED:
+        settings = pipeline.changed(Settings(style=style), {"points": 3000})
+        median = _median_ms(partial(pipeline.draw, photo, settings, face=face), runs, time.process_time)
+        yield Row(f"draw, face given, {style}, 3000 points, 640x800, CPU", median, "ms", 5000.0)
 
 
 def _plotters(photo: Photo, face: Face) -> Iterator[Row]:

@@ -5,9 +5,11 @@ How a style plugs in. Its settings are a group of ``LineSettings`` that bears it
 - an extractor (in ``edges.EXTRACTORS``): photo at the working scale, face, its settings -> edge map, which is trimmed,
   thinned and traced as everybody's; or
 - a way of its own (in ``OWN_WAYS``): photo, face, all ``LineSettings``, stages -> strokes of the photo, the heaviest
-  first.
+  first; or
+- made to measure (in ``MEASURED``): a way of its own whose group has ``points``, by which the drawing is made for its
+  budget instead of being chosen from.
 
-Either way what is missing of a feature may then be completed, and the drawing be shaded by hatching.
+Of the first two what is missing of a feature may then be completed, and the drawing be shaded by hatching.
 
 What costs time goes through ``stages(name, function, *inputs)``, each with no more than the settings it needs: then a
 changed setting costs only what follows it.
@@ -19,7 +21,7 @@ import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -32,10 +34,13 @@ from limner.vision.completion import NONE, CompletionSettings, complete, names_o
 from limner.vision.edges import EXTRACTORS, CannySettings, GaborPyramidSettings, GaborSettings
 from limner.vision.figure import FigureSettings, find_figure
 from limner.vision.portrait import PortraitSettings, look_at, portrait_strokes
+from limner.vision.raster import Image
 from limner.vision.regions import RegionSettings, regions_and_weights
 from limner.vision.scale import ScaleSettings, Working, apply, to_working_scale
 from limner.vision.skeleton import skeletonize
 from limner.vision.spline_style import SplinesSettings, spline_strokes
+from limner.vision.tonal.ink import InkSettings, wanted_ink
+from limner.vision.tonal.stipple import OneLineSettings, StippleSettings, stipple
 from limner.vision.tone import NONE as NO_TONE, ToneSettings, hatch
 from limner.vision.trace import TraceSettings, trace
 from limner.vision.trim import TrimSettings, trim
@@ -52,6 +57,9 @@ class LineSettings(SettingsGroup):
     gabor: GaborSettings = group(GaborSettings)
     gabor_pyramid: GaborPyramidSettings = group(GaborPyramidSettings)
     splines: SplinesSettings = group(SplinesSettings)
+    ink: InkSettings = group(InkSettings)
+    stipple: StippleSettings = group(StippleSettings)
+    one_line: OneLineSettings = group(OneLineSettings)
     trim: TrimSettings = group(TrimSettings)
     trace: TraceSettings = group(TraceSettings)
     regions: RegionSettings = group(RegionSettings)
@@ -71,6 +79,10 @@ class LineSettings(SettingsGroup):
         """The group of a style."""
         return getattr(self, style.replace("-", "_"))
 
+    def with_points(self, style: str, points: int) -> Self:
+        """The same with another number of points for a style of ``MEASURED``."""
+        return self.replace(**{style.replace("-", "_"): self.of_style(style).replace(points=points)})
+
 
 def _splines(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
     return stages("splines", spline_strokes, photo, face, settings.splines, settings.regions)
@@ -84,13 +96,33 @@ def _portrait(photo: Photo, face: Face, settings: LineSettings, stages: Stages) 
     return _in_photo(strokes, working, photo)
 
 
+def _wanted(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> tuple[Working, Image]:
+    """The surroundings of the head, and how much ink each place of them is to get."""
+    working = stages("scale", to_working_scale, photo, face, settings.scale)
+    figure = stages("figure", find_figure, working.photo, working.face, settings.figure)
+    seen = stages("seen", look_at, working.photo, settings.portrait.flow)
+    return working, stages("ink", wanted_ink, working.photo, working.face, figure, seen, settings.ink)
+
+
+def _dots(style: str, photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
+    working, ink = _wanted(photo, face, settings, stages)
+    strokes = stages(style, stipple, ink, working.face, settings.of_style(style), settings.regions)
+    return _in_photo(strokes, working, photo)
+
+
 OWN_WAYS: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
     "portrait": _portrait,
     "splines": _splines,
 }
 """Styles that are more than an extractor."""
 
-STYLES = (*EXTRACTORS, *OWN_WAYS)
+MEASURED: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
+    "stipple": partial(_dots, "stipple"),
+    "one-line": partial(_dots, "one-line"),
+}
+"""Styles made to measure; of ``one-line`` the dots, which are joined on the page."""
+
+STYLES = (*EXTRACTORS, *OWN_WAYS, *MEASURED)
 """Named ways from a photo and a face to strokes."""
 
 
@@ -113,6 +145,8 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings, sta
     if style not in STYLES:
         raise BadInput(f"style: '{style}' does not exist; choose from {', '.join(STYLES)}")
     stages = stages or Stages()
+    if style in MEASURED:
+        return MEASURED[style](photo, face, settings, stages)
     way = OWN_WAYS.get(style, partial(_extracted, style))
     strokes = way(photo, face, settings, stages)
     strokes = stages("complete", complete, strokes, face, settings.complete, settings.completion, settings.regions)

@@ -80,6 +80,9 @@ def drawing_picture(lines_px: Sequence[Floats], pen_px: float, upright: Floats) 
     """
     ink: NDArray[np.uint8] = np.zeros((SIZE_PX[1] * _FINE, SIZE_PX[0] * _FINE), np.uint8)
     width = max(1, round(pen_px * float(np.hypot(*upright[:, 0])) * _FINE))
-    fine = [whole(((moved(line, upright) + 0.5) * _FINE - 0.5) * 2**_SHIFT) for line in lines_px]
+    fine = [
+        whole(((moved(line if len(line) > 1 else line.repeat(2, axis=0), upright) + 0.5) * _FINE - 0.5) * 2**_SHIFT)
+        for line in lines_px
+    ]
     cv2.polylines(ink, fine, isClosed=False, color=(255,), thickness=width, lineType=cv2.LINE_8, shift=_SHIFT)
     return np.float32(PAPER) - np.asarray(cv2.resize(ink, SIZE_PX, interpolation=cv2.INTER_AREA), np.float32)
