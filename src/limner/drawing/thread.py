@@ -54,7 +54,7 @@ def thread(drawing: Drawing, settings: ThreadSettings) -> Drawing:
     if settings.smooth:
         line = rounded(line)
     region = max(sorted(set(drawing.region)), key=drawing.region.count)
-    return Drawing((line,), (region,), np.array([drawing.weight.sum()]), drawing.page, drawing.pen)
+    return Drawing((line,), (region,), np.array([drawing.weight.sum()]), drawing.page, (drawing.pen,))
 
 
 def rounded(line: Floats) -> Floats:
