@@ -31,7 +31,7 @@ ALLOWED = {
     "simulation": BASE | {"motion", "targets"},
     "pipeline": BASE | {"vision", "drawing", "motion", "targets", "simulation"},
     "batch": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
-    "evaluate": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
+    "evaluate": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets"},
     "studio": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets"},
     "cli": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets", "batch", "evaluate", "studio"},
     "__init__": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},

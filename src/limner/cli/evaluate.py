@@ -16,6 +16,7 @@ from limner.cli.gallery import gallery
 from limner.cli.landmarks import landmarks
 from limner.cli.likeness import likeness
 from limner.cli.tables import figures, tables
+from limner.cli.thesis import thesis
 from limner.evaluate.false_alarms import sample_folder
 from limner.evaluate.speed import Row, measure_speed
 from limner.evaluate.strokes import measure_strokes
@@ -89,3 +90,4 @@ evaluate.add_command(gallery)
 evaluate.add_command(likeness)
 evaluate.add_command(tables)
 evaluate.add_command(figures)
+evaluate.add_command(thesis)

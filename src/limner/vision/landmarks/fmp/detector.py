@@ -94,7 +94,7 @@ def detect(photo: Photo, settings: FmpSettings) -> tuple[Face, ...]:
     Raises:
         BadInput: no usable model.
     """
-    model = _model(settings.model)
+    model = model_of(settings.model)
     for turns in ((0.0,), (settings.tilt, -settings.tilt)) if settings.tilt else ((0.0,),):
         for small, large in _ranges_px(photo, settings):
             copies = (
@@ -171,7 +171,7 @@ def _surroundings(copy: _Copy, found: Detection, angle_deg: float) -> _Copy:
 
 def looked_for(photo: Photo, settings: FmpSettings) -> str:
     """What ``detect`` looked for, for the message when there is none."""
-    model = _model(settings.model)
+    model = model_of(settings.model)
     yaws = sorted({component.yaw_deg for component in model.components})
     view = "frontal" if yaws == [0] else f"turned {yaws[0]:+g} to {yaws[-1]:+g} degrees"
     small = _smallest_px(photo, settings)
@@ -180,7 +180,13 @@ def looked_for(photo: Photo, settings: FmpSettings) -> str:
     return f"{view} faces of {small:.0f} px or more with a score of at least {model.threshold + settings.threshold:.3g}"
 
 
-def _model(path: str) -> FmpModel:
+def model_of(path: str) -> FmpModel:
+    """The face model of a file, .npz or .mat; the shipped one where the name is empty.
+
+    Raises:
+        BadInput: unreadable, or of another number of parts.
+        MissingExtra: a .mat file, and scipy is not installed.
+    """
     if not path:
         return default_model()
     model = import_matlab(path) if path.lower().endswith(".mat") else load_model(path)
