@@ -44,7 +44,7 @@ class House:
 
     def build(self, port):
         self.port = port
-        self.studio = Studio(Visitors(port), StillComputer(), {})
+        self.studio = Studio(Visitors(port), StillComputer(), StillComputer(), {})
         return build(self.studio, TOKENS, self.names)
 
     @property

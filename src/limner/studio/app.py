@@ -20,20 +20,15 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from limner.errors import BadInput, LimnerError
+from limner.errors import LimnerError
+from limner.studio import drawings, photos
 from limner.studio.guard import Guard
 from limner.studio.live import Live
-from limner.studio.studio import NotThere, Studio, photo_of
+from limner.studio.studio import NotThere, Studio
 from limner.studio.visitors import Visitor
 
-UPLOAD_BYTES = 40 * 2**20
-"""A larger photo is refused."""
-
-BODY_BYTES = 2**20
-"""Likewise any other request."""
-
 MESSAGE_BYTES = 2**18
-"""And a message of the WebSocket."""
+"""A longer message of the WebSocket is refused."""
 
 PAGE = Path(str(resources.files("limner.studio") / "page"))
 """The page's own files."""
@@ -53,10 +48,12 @@ def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
     @contextlib.asynccontextmanager
     async def life(app: Starlette) -> AsyncIterator[None]:
         await studio.computer.open()
+        await studio.planner.open()
         try:
             yield
         finally:
             await studio.computer.close()
+            await studio.planner.close()
 
     def at(path: str, handler: Handler, *methods: str) -> Route:
         async def endpoint(request: Request) -> Response:
@@ -68,10 +65,17 @@ def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
         Route("/", functools.partial(_page, name="booth.html" if studio.booth else "index.html")),
         Route("/operator", functools.partial(_page, name="operator.html")),
         at("/api/options", _options),
-        at("/api/photo", _take_photo, "POST"),
-        at("/api/photo/{name}.jpg", _photo),
-        at("/api/photo/{name}", _drop_photo, "DELETE"),
-        at("/api/photo/{name}/face", _place_face, "POST"),
+        at("/api/photo", photos.take, "POST"),
+        at("/api/photo/{name}.jpg", photos.show),
+        at("/api/photo/{name}", photos.drop, "DELETE"),
+        at("/api/photo/{name}/face", photos.place_face, "POST"),
+        at("/api/drawing", drawings.keep, "POST"),
+        at("/api/drawings", drawings.recent),
+        at("/api/drawing/{name}.lines", drawings.lines),
+        at("/api/drawing/{name}", drawings.drop, "DELETE"),
+        at("/api/export/{file}", drawings.export),
+        at("/api/robot/{name}.json", drawings.robot),
+        at("/api/robot/{name}.urdf", drawings.urdf),
         WebSocketRoute("/ws", functools.partial(_socket, studio=studio)),
         *([Mount("/", StaticFiles(directory=PAGE))] if PAGE.is_dir() else []),
     ]
@@ -88,74 +92,6 @@ async def _page(request: Request, *, name: str) -> Response:
 
 async def _options(studio: Studio, visitor: Visitor, request: Request) -> Response:
     return JSONResponse(await studio.computer.ask("options"))
-
-
-async def _take_photo(studio: Studio, visitor: Visitor, request: Request) -> Response:
-    """Take a photo in: the bytes of its file are the body."""
-    held = await studio.take(visitor, await body(request, UPLOAD_BYTES, "a photo"))
-    return JSONResponse(held.about)
-
-
-async def _photo(studio: Studio, visitor: Visitor, request: Request) -> Response:
-    """The photo as it is shown: upright, no larger than it is worked on."""
-    return Response(photo_of(visitor, request.path_params["name"]).jpeg, media_type="image/jpeg")
-
-
-async def _drop_photo(studio: Studio, visitor: Visitor, request: Request) -> Response:
-    """Let go of a photo."""
-    if not visitor.photos.drop(request.path_params["name"]):
-        raise NotThere("no such photo here")
-    return Response(status_code=204)
-
-
-async def _place_face(studio: Studio, visitor: Visitor, request: Request) -> Response:
-    """A face by its place in the photo's faces, by 68 places, or by a box that a template is laid into."""
-    held = photo_of(visitor, request.path_params["name"])
-    wanted = await json_object(request)
-    faces = held.about["faces"]
-    if "index" in wanted:
-        index = wanted["index"]
-        if type(index) is not int or not 0 <= index < len(faces):
-            raise BadInput(f"index: expected one of the photo's {len(faces)} faces, from 0")
-        return JSONResponse({"face": faces[index]})
-    size = (held.about["width"], held.about["height"])
-    face = await studio.computer.ask("place", wanted=wanted, size_px=size)
-    return JSONResponse({"face": face})
-
-
-async def json_object(request: Request) -> dict[str, Any]:
-    """The JSON object in a request's body; an empty body is an empty object.
-
-    Raises:
-        BadInput: it holds something else.
-    """
-    data = await body(request, BODY_BYTES, "a request")
-    try:
-        given = json.loads(data or b"{}")
-    except (ValueError, RecursionError) as error:
-        raise BadInput(f"expected a JSON object as the body ({error})") from error
-    if not isinstance(given, dict):
-        raise BadInput("expected a JSON object as the body")
-    return given
-
-
-async def body(request: Request, most: int, what: str) -> bytes:
-    """The body of a request, read only as far as it may be long.
-
-    Raises:
-        HTTPException: 413.
-    """
-    text = f"larger than {most / 2**20:g} MB, the limit for {what}; make it smaller"
-    length = request.headers.get("content-length", "0")
-    if not length.isdecimal() or int(length) > most:
-        raise HTTPException(413, text)
-    parts, size = [], 0
-    async for part in request.stream():
-        size += len(part)
-        if size > most:
-            raise HTTPException(413, text)
-        parts.append(part)
-    return b"".join(parts)
 
 
 async def _limner_error(request: Request, error: LimnerError) -> Response:

@@ -43,13 +43,15 @@ class Computer:
         starts: how often a process was started.
     """
 
-    def __init__(self, settings: dict[str, Any], limit_s: float = LIMIT_S) -> None:
+    def __init__(self, settings: dict[str, Any], limit_s: float = LIMIT_S, *, lazy: bool = False) -> None:
         """Nothing is started yet.
 
         Args:
             settings: of the tree, where a task says nothing.
             limit_s: of a task.
+            lazy: start the process for the first task, not when opened.
         """
+        self._lazy = lazy
         self.starts = 0
         self._settings, self._limit_s = settings, limit_s
         self._context = multiprocessing.get_context("spawn")
@@ -105,7 +107,8 @@ class Computer:
 
     async def _serve(self) -> None:
         loop = asyncio.get_running_loop()
-        await loop.run_in_executor(self._thread, self._start)
+        if not self._lazy:
+            await loop.run_in_executor(self._thread, self._start)
         while True:
             await self._something.wait()
             if not self._waiting:

@@ -14,7 +14,7 @@ from limner.errors import NoFace
 from limner.motion.cost import costs
 from limner.motion.machine import load_machine
 from limner.pipeline import Portrait, Session, Settings, find_faces, refine_face
-from limner.studio import frames, menu
+from limner.studio import exports, frames, menu, plans
 from limner.studio.wishes import face_of, settings_of, template
 from limner.targets.image import encode_jpeg
 from limner.types import Drawing, Face, Photo
@@ -90,7 +90,42 @@ class Desk:
         """Draw; the report and the frame of the strokes."""
         portrait = self._draw(wish, draft)
         self._going_on()
-        return {"report": self._report(portrait), "frame": frames.lines_frame(portrait.drawing, wish["rev"])}
+        drawn = {"report": self._report(portrait), "frame": frames.lines_frame(portrait.drawing, wish["rev"])}
+        if "plan" in wish.get("want", ()):
+            # It is planned in another process, which takes longer than anybody waits for a preview.
+            drawn |= {"npz": storage.to_npz(portrait.drawing), "settings": portrait.settings.to_dict()}
+        return drawn
+
+    def plan(self, npz: bytes, by: dict[str, Any], settings: dict[str, Any], rev: int = 0) -> dict[str, Any]:
+        """How a machine or a robot draws a drawing: the plan, and its frame or why there is none."""
+        return plans.planned(storage.from_npz(Drawing, npz), by, self._settings(settings), rev)
+
+    def lines(self, npz: bytes) -> bytes:
+        """The frame of a drawing that was kept."""
+        return frames.lines_frame(storage.from_npz(Drawing, npz), 0)
+
+    def export(self, npz: bytes, kind: str, settings: dict[str, Any], **by: str | None) -> bytes:
+        """The file of a drawing that was kept."""
+        return exports.exported(
+            storage.from_npz(Drawing, npz), kind, self._settings(settings), by.get("machine"), by.get("robot")
+        )
+
+    def motion(self, npz: bytes, robot: str, settings: dict[str, Any]) -> bytes:
+        """The motion of a robot's joints that draws a drawing."""
+        made = plans.trajectory(storage.from_npz(Drawing, npz), robot, self._settings(settings))
+        return storage.to_npz(made)
+
+    def robot(self, name: str) -> dict[str, Any]:
+        """A robot as the page shows it."""
+        return plans.robot_fields(name)
+
+    def urdf(self, name: str) -> bytes:
+        """A robot's own description."""
+        return plans.urdf(name)
+
+    def _settings(self, tree: dict[str, Any]) -> Settings:
+        """A whole tree, of a drawing that was kept; else the usual one."""
+        return Settings.from_dict(tree) if tree else self._base
 
     def place(self, wanted: dict[str, Any], size_px: tuple[int, int]) -> Any:
         """A face placed by hand: by its points, or as a template in a box."""

@@ -13,7 +13,7 @@ from limner.studio.computer import LATER, NOW, SOON
 from limner.studio.studio import Studio
 from limner.studio.visitors import Visitor
 
-WANTED = ("preview", "candidates", "refinements")
+WANTED = ("preview", "plan", "candidates", "refinements")
 """What a wish may want; in this order it comes."""
 
 Say = Callable[[dict[str, Any], bytes | None], Awaitable[None]]
@@ -91,8 +91,10 @@ class Live:
             await self._drawn("preview", wish, NOW, {"final": False}, draft=True)
 
     async def _follow(self, wish: dict[str, Any]) -> None:
-        if "preview" in wish["want"]:
-            await self._drawn("preview", wish, SOON, {"final": True})
+        if {"preview", "plan"} & set(wish["want"]):
+            drawn = await self._drawn("preview", wish, SOON, {"final": True})
+            if "plan" in wish["want"]:
+                await self._planned(wish, drawn)
         for kind in ("candidates", "refinements"):
             if kind in wish["want"]:
                 await self._variants(kind, wish)
@@ -100,7 +102,8 @@ class Live:
     async def _variants(self, kind: str, wish: dict[str, Any]) -> None:
         variants = await self._studio.compute(self._visitor, "variants", wish, LATER, kind=kind)
         for place, variant in enumerate(variants):
-            changed = wish | {"settings": {**wish["settings"], **variant["settings"]}}
+            settings = {**wish["settings"], **variant["settings"]}
+            changed = wish | {"settings": settings, "want": ["preview"]}
             about = {"name": variant["name"], "label": variant["label"], "settings": variant["settings"]}
             about |= {"place": place, "of": len(variants)}
             try:
@@ -111,10 +114,21 @@ class Live:
 
     async def _drawn(
         self, kind: str, wish: dict[str, Any], urgency: int, about: dict[str, Any], *, draft: bool = False
-    ) -> None:
-        drawn = await self._studio.compute(self._visitor, "draw", wish, urgency, draft=draft)
+    ) -> dict[str, Any]:
+        drawn: dict[str, Any] = await self._studio.compute(self._visitor, "draw", wish, urgency, draft=draft)
         said = {"type": kind, "rev": wish["rev"], "frame": 1, "report": drawn["report"]}
         await self._say(said | about, drawn["frame"])
+        return drawn
+
+    async def _planned(self, wish: dict[str, Any], drawn: dict[str, Any]) -> None:
+        by, rev = wish["plan"], wish["rev"]
+        found = await self._studio.planner.ask(
+            "plan", SOON, npz=drawn["npz"], by=by, settings=drawn["settings"], rev=rev
+        )
+        said = {"type": "plan", "rev": rev, "plan": found["plan"], "frame": int("frame" in found)}
+        if "error" in found:
+            said["error"] = found["error"]
+        await self._say(said, found.get("frame"))
 
 
 def parse_wish(text: str) -> dict[str, Any]:
@@ -124,9 +138,17 @@ def parse_wish(text: str) -> dict[str, Any]:
         BadInput: it is none.
     """
     try:
-        given = json.loads(text)
+        return checked_wish(json.loads(text))
     except (ValueError, RecursionError) as error:
         raise BadInput(f"a wish is a JSON object, this is none ({error})") from error
+
+
+def checked_wish(given: Any) -> dict[str, Any]:
+    """A wish from what JSON held.
+
+    Raises:
+        BadInput: it is none.
+    """
     if not isinstance(given, Mapping):
         raise BadInput("a wish is a JSON object with rev, photo, face, settings, points_px, want")
     rev, face, want = given.get("rev", 0), given.get("face") or 0, given.get("want") or ["preview"]
@@ -138,14 +160,15 @@ def parse_wish(text: str) -> dict[str, Any]:
         raise BadInput(f"want: expected a list of some of {', '.join(WANTED)}")
     if not isinstance(given.get("photo"), str):
         raise BadInput("photo: expected the name that the photo was given")
-    settings = given.get("settings") or {}
-    if not isinstance(settings, Mapping):
-        raise BadInput("settings: expected an object of path: value")
+    settings, plan = given.get("settings") or {}, given.get("plan") or {}
+    if not isinstance(settings, Mapping) or not isinstance(plan, Mapping):
+        raise BadInput("settings: expected an object of path: value; and plan: an object with machine or robot")
     return {
         "rev": rev,
         "photo": given["photo"],
         "face": face,
         "want": want,
         "settings": dict(settings),
+        "plan": dict(plan),
         "points_px": given.get("points_px"),
     }

@@ -9,8 +9,8 @@ from typing import Any
 from limner.motion.arm.robots import ROBOTS
 from limner.motion.machine import MACHINES, load_machine
 from limner.pipeline import Settings
+from limner.studio.exports import FORMATS
 from limner.studio.wishes import FILES
-from limner.targets.files import FORMATS
 from limner.units import PAGES_MM
 from limner.vision.lines import STYLES
 from limner.vision.refine import NONE, REFINEMENTS
@@ -102,7 +102,7 @@ def options(base: Settings) -> dict[str, Any]:
         "machines": [_machine(name) for name in MACHINES],
         "robots": [{"name": name} for name in ROBOTS],
         "pages": [{"name": name, "width_mm": size[0], "height_mm": size[1]} for name, size in PAGES_MM.items()],
-        "exports": [suffix.removeprefix(".") for suffix in FORMATS],
+        "exports": list(FORMATS),
     }
 
 

@@ -62,7 +62,7 @@ def serve(
     listening = _listen(host, port)
     port = listening.getsockname()[1]
     tokens = {role: secrets.token_urlsafe(24) for role in ("visitor", "operator")[: 1 + booth]}
-    studio = Studio(Visitors(port), Computer(settings), settings, booth)
+    studio = Studio(Visitors(port), Computer(settings), Computer(settings, lazy=True), settings, booth)
     app = build(studio, tokens, names_of(host))
     config = uvicorn.Config(
         app,

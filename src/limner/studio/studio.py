@@ -8,7 +8,7 @@ from typing import Any
 
 from limner.errors import BadInput
 from limner.studio.computer import NOW, Computer, PhotoMissing
-from limner.studio.visitors import HeldPhoto, Visitor, Visitors
+from limner.studio.visitors import HeldDrawing, HeldPhoto, Visitor, Visitors
 
 
 class NotThere(BadInput):
@@ -21,13 +21,15 @@ class Studio:
 
     Attributes:
         visitors: who has a cookie.
-        computer: the computing process.
+        computer: the computing process, for what people wait for.
+        planner: another one, begun when first needed, for what takes seconds: an arm's motion, films.
         settings: of the tree, where the page says nothing.
         booth: whether the page is the booth's.
     """
 
     visitors: Visitors
     computer: Computer
+    planner: Computer
     settings: dict[str, Any]
     booth: bool = False
 
@@ -56,6 +58,30 @@ class Studio:
         except PhotoMissing:
             await self.computer.ask("photo", urgency, name=held.name, data=held.data)
             return await self.computer.ask(task, urgency, wish=wish, **more)
+
+    async def keep(self, visitor: Visitor, wish: dict[str, Any]) -> HeldDrawing:
+        """Draw what a visitor wishes for, and hold the drawing.
+
+        Raises:
+            LimnerError: whatever stands in the way.
+        """
+        made, name = await self.compute(visitor, "keep", wish), secrets.token_urlsafe(9)
+        about = {"drawing": name, "photo": wish["photo"]} | made["about"]
+        held = HeldDrawing(name, wish["photo"], made["npz"], about)
+        visitor.drawings.add(name, held)
+        return held
+
+
+def drawing_of(visitor: Visitor, name: Any) -> HeldDrawing:
+    """A drawing that a visitor kept.
+
+    Raises:
+        NotThere: he has no such drawing.
+    """
+    held = visitor.drawings.get(name) if isinstance(name, str) else None
+    if held is None:
+        raise NotThere("no such drawing here; it was let go of for later ones, or is another's: keep it again")
+    return held
 
 
 def photo_of(visitor: Visitor, name: Any) -> HeldPhoto:
