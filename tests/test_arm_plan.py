@@ -19,8 +19,9 @@ from limner.motion.arm.plan import ArmSettings, plan_arm
 from limner.motion.arm.retime import RetimeSettings, retime
 from limner.motion.arm.robot import Capsule
 from limner.motion.arm.robots import load_robot
+from limner.pipeline import Settings, draw
 from limner.targets import joints
-from limner.types import Drawing
+from limner.types import Drawing, Page
 
 pytest.importorskip("urdf_parser_py", reason="pip install 'limner[robot]'")
 pytest.importorskip("toppra", reason="pip install 'limner[robot]'")
@@ -201,6 +202,29 @@ def test_a_drawing_is_planned_from_the_safe_pose_and_back(name):
     assert np.allclose(planned.trajectory.q[[0, -1]], robot.pose("safe"))
     assert planned.trajectory.stroke.max() == len(drawing().lines_mm) - 1
     assert planned.report()["margin_deg"] > 0
+
+
+@pytest.mark.slow
+def test_a_pen_that_swings_draws_on_a_larger_sheet():
+    sides = np.array([[10, 10], [287, 10], [287, 410], [10, 410], [10, 10.0]])
+    a3 = Drawing((sides, sides[[0, 2]], sides[[1, 3]]), ("face",) * 3, np.ones(3), Page(297, 420, 10))
+    robot = load_robot("dumbo")
+    with pytest.raises(CannotDraw, match="fits nowhere"):
+        plan_arm(a3, robot, ArmSettings(place=PlaceSettings(swing_deg=0.0)))
+    planned = plan_arm(a3, robot, ArmSettings())
+    assert planned.report()["margin_deg"] > 5
+    tips = planned.robot.forward(planned.trajectory.q[planned.trajectory.down])
+    up = -tips[:, :3, 2] @ planned.placement.base_from_paper[:3, 2]
+    assert np.degrees(np.arccos(up)).max() < PlaceSettings().swing_deg + 0.1
+
+
+@pytest.mark.slow
+def test_six_hundred_points_take_a_minute_at_most():
+    settings = Settings().assign("select.points", "600")
+    portrait = draw(pytest.importorskip("skimage").data.astronaut(), settings)
+    planned = plan_arm(portrait.drawing, load_robot("dumbo"), settings.arm)
+    assert planned.report()["ink_s"] <= 60
+    check(planned.trajectory, planned.robot)
 
 
 def test_a_place_out_of_reach_says_why_and_names_one_within():

@@ -6,6 +6,8 @@ from limner import transforms
 from limner.errors import BadInput
 from limner.motion.arm.calibrate import calibrate
 from limner.motion.arm.paper import THESIS_AREA_M, Placement, PlaneMapping
+from limner.simulation.sheet import Sheet
+from limner.types import Page
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -66,10 +68,38 @@ def test_paper_to_base_and_back(seed):
 
 def test_the_pen_points_into_the_paper_and_leans_as_asked():
     placed = Placement(sheet(1), spin_rad=0.7, lean_rad=0.2, lean_towards_rad=0.0)
-    pen = sheet(1)[:3, :3].T @ placed.orientation()[:, 2]
-    assert np.allclose(pen, (-np.sin(0.2), 0, -np.cos(0.2)))
-    upright = Placement(sheet(1), spin_rad=0.7)
-    assert np.allclose(upright.orientation()[:, 2], -sheet(1)[:3, 2])
+    assert np.allclose(placed.orientations((30, 40))[:, 2], (-np.sin(0.2), 0, -np.cos(0.2)))
+    upright = Placement(sheet(1), spin_rad=0.7).tips(np.random.default_rng(1).uniform(0, 200, (9, 3)))
+    assert np.allclose(upright[:, :3, :3], upright[0, :3, :3])
+    assert np.allclose(upright[:, :3, 2], -sheet(1)[:3, 2])
+
+
+@given(seeds, st.floats(0, 0.4), st.floats(0, 0.4), st.floats(-3, 3))
+def test_a_leaning_pen_touches_where_it_is_asked_to_from_any_height(seed, lean, swing, towards):
+    points = np.random.default_rng(seed).uniform((0, 0, -5), (150, 200, 60), (20, 3))
+    placed = Placement(sheet(seed), 0.3, lean, towards).swung(swing, points)
+    tips = placed.tips(points)
+    assert np.allclose(placed.points_mm(tips[:, :3, 3])[:, 2], points[:, 2])
+    assert np.allclose(Sheet(placed.base_from_paper, Page()).touched_mm(tips), points[:, :2])
+
+
+@given(seeds, st.floats(0.01, 0.4))
+def test_a_swinging_pen_leans_towards_the_middle_farther_out_more_and_so_its_hand_moves_less(seed, swing):
+    points = np.random.default_rng(seed).uniform(0, 150, (20, 2))
+    placed = Placement(np.eye(4)).swung(swing, points)
+    away = points - placed.swing_about_mm
+    up = -placed.orientations(points)[:, :, 2]
+    assert (np.einsum("nk,nk->n", up[:, :2], away) < 0).all()
+    lean = np.arccos(up[:, 2])
+    assert lean.max() == pytest.approx(swing)
+    assert np.allclose(lean, swing * np.hypot(*away.T) / np.hypot(*away.T).max())
+    hand = points / 1000 + 0.1 * up[:, :2]
+    assert np.ptp(hand, axis=0).max() < np.ptp(points, axis=0).max() / 1000
+
+
+def test_a_small_drawing_does_not_swing_the_hand_against_the_pen():
+    dots = np.array([[50.0, 50.0], [50.5, 50.0]])
+    assert Placement(np.eye(4)).swung(0.1, dots).lean_deg(dots) < 0.1
 
 
 def test_a_flat_sheet_has_its_centre_where_asked_for():

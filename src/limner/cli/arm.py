@@ -125,7 +125,7 @@ def _lines(report: dict[str, Any]) -> list[str]:
     x, y, z = (row[3] for row in report["base_from_paper"][:3])
     lines = [
         f"{report['robot']}: {report['seconds']:.0f} s for {report['strokes']} strokes,"
-        f" {report['draw_s']:.0f} s of them drawing",
+        f" {report['ink_s']:.0f} s of them from the first ink to the last",
         f"sheet: lower left corner at ({x:.3f}, {y:.3f}, {z:.3f}) m; joints stay {report['margin_deg']:.0f} deg from"
         f" their limits, use {100 * report['velocity_used']:.0f} % of their speed and"
         f" {100 * report['acceleration_used']:.0f} % of their acceleration",

@@ -17,7 +17,7 @@ from limner.simulation.ink import Ink, ink
 from limner.simulation.model import to_mjcf
 from limner.simulation.physics import Record, Watch, run, step_times
 from limner.simulation.settings import SimulationSettings
-from limner.simulation.sheet import Sheet, find_sheet, strokes_m
+from limner.simulation.sheet import Sheet, find_sheet, stroke_tips
 from limner.types import Drawing, Floats, JointTrajectory
 
 NEAR_MM = 0.5
@@ -98,7 +98,7 @@ class Simulation:
     def _tip_errors_mm(self) -> Floats:
         """How far along the sheet the tip was from where it should have been at that time."""
         q, _ = hermite(self.trajectory, self.record.t_s)
-        wanted = self.paper.points_mm(self.robot.forward(q)[:, :3, 3])[:, :2]
+        wanted = self.paper.touched_mm(self.robot.forward(q))
         distance: Floats = np.hypot(*(self.ink.place_mm - wanted).T)
         return distance
 
@@ -136,7 +136,7 @@ def follow(
     paper = sheet.faulty(settings.fault)
     told = commands(trajectory, robot, settings, step_times(float(trajectory.t_s[-1])))
     record = run(to_mjcf(robot, paper, settings), trajectory.q[0], told, settings, watch)
-    plan = {stroke: sheet.points_mm(points)[:, :2] for stroke, points in strokes_m(trajectory, robot).items()}
+    plan = {stroke: sheet.touched_mm(tips) for stroke, tips in stroke_tips(trajectory, robot).items()}
     made = ink(record, trajectory, paper)
     return Simulation(robot, trajectory, sheet, paper, record, made, plan, settings)
 

@@ -8,18 +8,13 @@ import numpy as np
 
 from limner import transforms
 from limner.errors import BadInput
+from limner.motion.arm.paper import plane_of
 from limner.motion.arm.robot import Robot
 from limner.simulation.settings import FaultSettings
 from limner.types import Drawing, Floats, JointTrajectory, Page, Value, frozen_array
 
 MARGIN_MM = 10.0
 """White around the ink where nobody says how large the sheet is."""
-
-_FLAT_MM = 1.0
-"""Pen-down places farther than this from their plane lie on no sheet."""
-
-_SPREAD_MM = 3.0
-"""Places less wide than this tell no plane; the pen's axis does."""
 
 _SAME_MM = 2.0
 """A drawing is the one of a motion if their strokes lie this close (root mean square)."""
@@ -51,6 +46,13 @@ class Sheet(Value):
             points = np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)
         return transforms.apply(self.base_from_paper, points)
 
+    def touched_mm(self, tips: Floats) -> Floats:
+        """Where (..., 2) pens with their tips at poses (..., 4, 4) touch the sheet when they slide in or out."""
+        local = transforms.inverse(self.base_from_paper) @ tips
+        pen, tip = local[..., :3, 2], local[..., :3, 3]
+        touched: Floats = 1000 * (tip[..., :2] - pen[..., :2] * (tip[..., 2:] / pen[..., 2:]))
+        return touched
+
     def faulty(self, fault: FaultSettings) -> Sheet:
         """Where it really lies."""
         middle = np.array([self.page.width_mm, self.page.height_mm, 0.0]) / 2000
@@ -62,9 +64,9 @@ class Sheet(Value):
         return Sheet(self.base_from_paper @ about_middle, self.page)
 
 
-def strokes_m(trajectory: JointTrajectory, robot: Robot) -> dict[int, Floats]:
-    """Where (n, 3) the motion leads the pen's tip for each stroke [m], in the base frame."""
-    tips = robot.forward(trajectory.q)[:, :3, 3]
+def stroke_tips(trajectory: JointTrajectory, robot: Robot) -> dict[int, Floats]:
+    """Poses (n, 4, 4) in the base frame that the motion leads the pen's tip through, for each stroke."""
+    tips = robot.forward(trajectory.q)
     strokes: dict[int, Floats] = {}
     for index in np.unique(trajectory.stroke[trajectory.down]):
         samples = np.flatnonzero(trajectory.down & (trajectory.stroke == index))
@@ -88,42 +90,20 @@ def find_sheet(trajectory: JointTrajectory, robot: Robot, press_mm: float, drawi
     Raises:
         BadInput: the pen is never down, is led over no plane, or the drawing is another one.
     """
-    strokes = strokes_m(trajectory, robot)
+    strokes = stroke_tips(trajectory, robot)
     if not strokes:
         raise BadInput("trajectory: the pen is never down; there is nothing to simulate")
-    turn, middle = _plane(np.concatenate(list(strokes.values())), trajectory, robot)
-    flat = {index: 1000 * (points - middle) @ turn for index, points in strokes.items()}
+    turn, middle = plane_of(np.concatenate(list(strokes.values())))
+    found = Sheet(transforms.transform(turn, middle + turn[:, 2] * press_mm / 1000), Page())
+    flat = {index: found.touched_mm(tips) for index, tips in strokes.items()}
     if drawing is not None:
         on_page, corner = _registered(flat, drawing)
         page = drawing.page
     else:
-        inked = np.concatenate(list(flat.values()))[:, :2]
+        inked = np.concatenate(list(flat.values()))
         corner, (width, height) = inked.min(0) - MARGIN_MM, np.ptp(inked, axis=0) + 2 * MARGIN_MM
         on_page, page = np.eye(3), Page(float(width), float(height), 0.0)
-    lowest = middle + turn @ [*corner / 1000, press_mm / 1000]
-    return Sheet(transforms.transform(turn @ on_page, lowest), page)
-
-
-def _plane(points: Floats, trajectory: JointTrajectory, robot: Robot) -> tuple[Floats, Floats]:
-    """Axes (3, 3) of the plane, its normal against the pen, and a point of it (3,) [m]."""
-    middle = points.mean(0)
-    _, spread, axes = np.linalg.svd(points - middle, full_matrices=False)
-    spread = 1000 * spread / np.sqrt(len(points))
-    pen = robot.forward(trajectory.q[trajectory.down])[:, :3, 2].mean(0)
-    if len(spread) < 3 or spread[1] < _SPREAD_MM:
-        normal = -pen / np.linalg.norm(pen)
-    else:
-        normal = -axes[2] * np.sign(axes[2] @ pen)
-    off = 1000 * float(np.abs((points - middle) @ normal).max())
-    if off > _FLAT_MM:
-        raise BadInput(
-            f"trajectory: its pen-down places lie up to {off:.1f} mm off their plane, expected at most {_FLAT_MM:g};"
-            " it does not draw on a flat sheet"
-        )
-    along = np.eye(3)[0] if abs(normal[0]) < 0.9 else np.eye(3)[1]
-    x = along - (along @ normal) * normal
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(normal, x), normal], axis=1), middle
+    return Sheet(transforms.transform(turn @ on_page, found.points_m(corner)), page)
 
 
 def _registered(flat: dict[int, Floats], drawing: Drawing) -> tuple[Floats, Floats]:
@@ -133,7 +113,7 @@ def _registered(flat: dict[int, Floats], drawing: Drawing) -> tuple[Floats, Floa
             f"drawing: has {len(drawing.lines_mm)} strokes, the trajectory draws stroke {max(flat) + 1};"
             " expected the drawing that it was planned for"
         )
-    there = np.concatenate([_evenly(points[:, :2]) for points in flat.values()])
+    there = np.concatenate([_evenly(points) for points in flat.values()])
     page = np.concatenate([_evenly(drawing.lines_mm[index]) for index in flat])
     a, b = there - there.mean(0), page - page.mean(0)
     u, _, vt = np.linalg.svd(b.T @ a)

@@ -39,7 +39,7 @@ def beside_the_thesis(made: Simulation, pen: Pen) -> Picture:
     """
     settings = made.settings.replace(fault=FaultSettings(repeat_mm=MISS_MM, seed=made.settings.fault.seed))
     down = made.trajectory.q[made.trajectory.down][0]
-    orientation = made.robot.forward(down)[:3, :3]
+    orientation = upright(made.robot.forward(down)[:3, :3], made.sheet)
 
     def theirs(stiff: bool, press_mm: float) -> Simulation:
         motion = thesis_motion(made.plan_mm, made.sheet, orientation, made.robot, press_mm)
@@ -51,6 +51,15 @@ def beside_the_thesis(made: Simulation, pen: Pen) -> Picture:
         ("limner, a sprung pen", follow(made.trajectory, made.robot, made.sheet, settings.replace(stiff=False))),
     ]
     return to_sheet([Tile(overlay_picture(one, pen), title, _told(one)) for title, one in tiles], 3, 540)
+
+
+def upright(orientation: Floats, sheet: Sheet) -> Floats:
+    """The orientation (3, 3) nearest to one, of a pen that stands upright on a sheet."""
+    pen, down = orientation[:, 2], -sheet.base_from_paper[:3, 2]
+    about = np.cross(pen, down)
+    sine = float(np.linalg.norm(about))
+    turned: Floats = transforms.rotation(about / max(sine, 1e-12), np.arctan2(sine, pen @ down)) @ orientation
+    return turned
 
 
 def _told(made: Simulation) -> str:

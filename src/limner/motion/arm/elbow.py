@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from limner.motion.arm.robot import Robot
+from limner.motion.arm.robot import SAFE, Robot
 from limner.motion.arm.srs import BRANCHES, SphericalArm
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats
@@ -26,6 +26,12 @@ class ElbowSettings(SettingsGroup):
         5.0, "joints keep this far from their limits where they can", unit="deg", low=0, high=60
     )
     margin_weight: float = setting(4.0, "price of being nearer to a limit than that, against moving", low=0, high=1000)
+    slow_weight: float = setting(
+        1.0, "price of a pose in which the pen gathers speed slowly, against moving", low=0, high=1000
+    )
+    way_weight: float = setting(
+        5.0, "price of a second on the way from the safe pose, or back to it, against moving", low=0, high=1000
+    )
     singular_weight: float = setting(0.3, "price of a straight elbow or wrist, against moving", low=0, high=1000)
 
 
@@ -52,9 +58,12 @@ def follow(
     angles = np.linspace(-np.pi, np.pi, settings.angles, endpoint=False)
     knots = _knots(tips, settings.knot_mm / 1000)
     q, reached = arm.solve(tips[knots, None], angles)
+    slow = _slowness(robot, arm, tips, knots, angles, q)
     allowed = reached[..., None] & (robot.margin(q) >= 0).all(-1)
     reachable = np.interp(np.arange(len(tips)), knots, allowed.any((1, 2)).astype(float)) > 0.999
-    price = np.where(allowed, _price(robot, q, settings), np.inf)
+    price = np.where(allowed, _price(robot, q, settings) + settings.slow_weight * slow, np.inf)
+    for end in (0, -1):
+        price[end] += settings.way_weight * _from_safe_s(robot, q[end])
     for _ in BRANCHES:
         path = _cheapest(q, price, robot.velocity)
         if path is None:
@@ -83,6 +92,29 @@ def _price(robot: Robot, q: Floats, settings: ElbowSettings) -> Floats:
     singular = (0.05 / np.maximum(np.abs(bends), 0.01)) ** 2
     price: Floats = settings.margin_weight * (short**2).sum(-1) + settings.singular_weight * singular.sum(-1)
     return price
+
+
+def _from_safe_s(robot: Robot, q: Floats) -> Floats | float:
+    """Seconds (...) from the pose where drawing starts and ends to positions (..., dof), at full speed."""
+    if SAFE not in robot.poses:
+        return 0.0
+    seconds: Floats = (np.abs(q - robot.pose(SAFE)) / robot.velocity).max(-1)
+    return seconds
+
+
+def _slowness(
+    robot: Robot, arm: SphericalArm, tips: Floats, knots: NDArray[np.int64], angles: Floats, q: Floats
+) -> Floats:
+    """Time (knots, angles, branches) that a metre of the path takes from there, against one at 1 m/s^2.
+
+    The path is bound by the joint that it asks the most of: a piece is as long as the root of that.
+    """
+    after = np.minimum(knots + 1, len(tips) - 1)
+    step = np.maximum(np.linalg.norm(tips[after, :3, 3] - tips[knots, :3, 3], axis=-1), 1e-6)
+    moved = np.abs(arm.solve(tips[after, None], angles)[0] - q)
+    moved = np.minimum(moved, np.abs(2 * np.pi - moved))
+    slow: Floats = np.sqrt((moved / robot.acceleration).max(-1) / step[:, None, None])
+    return slow
 
 
 def _cheapest(q: Floats, price: Floats, velocity: Floats) -> tuple[NDArray[np.int64], int] | None:

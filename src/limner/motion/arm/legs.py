@@ -10,6 +10,7 @@ import numpy as np
 from limner.errors import CannotDraw, NothingToDraw
 from limner.motion.arm.check import check
 from limner.motion.arm.collide import deepest
+from limner.motion.arm.paper import plane_of
 from limner.motion.arm.retime import RetimeSettings, joined, move
 from limner.motion.arm.robot import Robot
 from limner.types import Floats, JointTrajectory
@@ -28,6 +29,7 @@ class Legs:
         motion: all of it, checked.
         cuts: (strokes + 1,) samples at which the pen is up: before each stroke, and after the last.
         ends: (strokes, 2) samples at which the pen meets the paper and leaves it.
+        up: (3,) normal of the sheet, in the base frame.
         settings: of the moves to strokes and back.
     """
 
@@ -35,6 +37,7 @@ class Legs:
     motion: JointTrajectory
     cuts: tuple[int, ...]
     ends: tuple[tuple[int, int], ...]
+    up: Floats
     settings: RetimeSettings
 
     def stroke(self, index: int) -> JointTrajectory:
@@ -88,7 +91,7 @@ class Legs:
         """Straight in joint space from one pose to the next, nowhere lower than half as high as its ends."""
         moves = [move(self.robot, a, b, self.settings) for a, b in itertools.pairwise(way) if (a != b).any()]
         for part in moves:
-            heights = _heights(self.robot, part.q, self.motion.q[touch])
+            heights = _heights(self.robot, part.q, self.motion.q[touch], self.up)
             floor = 0.5 * min(heights[0], heights[-1])
             # An arm that waits below the sheet knows its way around it no better than we do.
             if floor > 0 and heights.min() < floor:
@@ -127,16 +130,17 @@ def legs(motion: JointTrajectory, robot: Robot, settings: RetimeSettings) -> Leg
     if not ends:
         raise NothingToDraw("trajectory: it draws no strokes")
     rests = np.abs(motion.qd).max(1) < _REST
+    up = plane_of(robot.forward(motion.q[motion.down]))[0][:, 2]
     touch = ends[0][0]
-    before = (_heights(robot, motion.q[:touch], motion.q[touch]) > _CLEAR_M) & rests[:touch]
+    before = (_heights(robot, motion.q[:touch], motion.q[touch], up) > _CLEAR_M) & rests[:touch]
     cuts = [int(np.flatnonzero(before)[-1]) if before.any() else 0]
     for (_, leave), (touch, _) in itertools.pairwise(ends):
-        heights = _heights(robot, motion.q[leave : touch + 1], motion.q[leave])
+        heights = _heights(robot, motion.q[leave : touch + 1], motion.q[leave], up)
         cuts.append(leave + int(np.flatnonzero(heights >= 0.9 * heights.max())[0]))
     leave = ends[-1][1]
-    after = (_heights(robot, motion.q[leave:], motion.q[leave]) > _CLEAR_M) & rests[leave:]
+    after = (_heights(robot, motion.q[leave:], motion.q[leave], up) > _CLEAR_M) & rests[leave:]
     cuts.append(leave + int(np.flatnonzero(after)[0]) if after.any() else len(motion.t_s) - 1)
-    return Legs(robot, motion, tuple(cuts), ends, settings)
+    return Legs(robot, motion, tuple(cuts), ends, up, settings)
 
 
 def _stroke_ends(motion: JointTrajectory) -> tuple[tuple[int, int], ...]:
@@ -145,10 +149,9 @@ def _stroke_ends(motion: JointTrajectory) -> tuple[tuple[int, int], ...]:
     return tuple((max(int(run[0]) - 1, 0), int(run[-1])) for run in runs)
 
 
-def _heights(robot: Robot, q: Floats, paper_q: Floats) -> Floats:
-    """How far (n,) tips are above one on the paper, against the direction that the pen points in there."""
-    paper = robot.forward(paper_q)
-    heights: Floats = (paper[:3, 3] - robot.forward(q)[:, :3, 3]) @ paper[:3, 2]
+def _heights(robot: Robot, q: Floats, paper_q: Floats, up: Floats) -> Floats:
+    """How far (n,) tips are above one on the paper."""
+    heights: Floats = (robot.forward(q)[:, :3, 3] - robot.forward(paper_q)[:3, 3]) @ up
     return heights
 
 

@@ -46,9 +46,12 @@ class LiftedPath(Value):
 class LiftSettings(SettingsGroup):
     """How an arm leads its pen."""
 
-    lift_mm: float = setting(5.0, "height of the tip above the sheet between strokes", unit="mm", low=0.5, high=200)
+    lift_mm: float = setting(4.0, "height of the tip above the sheet between strokes", unit="mm", low=0.5, high=200)
     clear_mm: float = setting(
-        2.0, "the pen goes straight up and down to at least this height", unit="mm", low=0, high=200
+        1.0, "the pen goes straight up and down to at least this height", unit="mm", low=0, high=200
+    )
+    sweep_mm: float = setting(
+        8.0, "the pen goes over from rising to level travel on so much of its way", unit="mm", low=0, high=200
     )
     approach_mm: float = setting(
         60.0,
@@ -114,10 +117,21 @@ class _Builder:
 
     def travel_to(self, target: Floats) -> None:
         """Up, over and down; its corners are cut where the pen is clear of the paper."""
-        at, height = self.points[-1][-1], self.settings.lift_mm
-        corners = np.stack([at, [*at[:2], height], [*target[:2], height], target])
-        cut = max(0.0, height - self.settings.clear_mm)
-        self._add(_blended(geometry.without_repeats(corners), cut, self.settings.spacing_mm), -1)
+        at, settings = self.points[-1][-1], self.settings
+        height, clear = settings.lift_mm, max(0.0, settings.lift_mm - settings.clear_mm)
+        across = float(np.hypot(*(target - at)[:2]))
+        over = (target - at) * [1, 1, 0] * min(0.5, settings.sweep_mm / max(across, 1e-9))
+        pieces, last = [at[None]], at
+        for end, inwards in ((at, over), (target, -over)):
+            corner = np.array([*end[:2], height])
+            outwards = np.array([0.0, 0.0, np.clip(end[2] - height, -clear, clear)])
+            enter, leave = corner + outwards, corner + inwards
+            if end is target:
+                enter, leave = leave, enter
+            pieces += [_divided(last, enter, settings.spacing_mm), _parabola(enter, corner, leave, settings.spacing_mm)]
+            last = leave
+        pieces.append(_divided(last, target, settings.spacing_mm))
+        self._add(np.concatenate(pieces), -1)
 
     def _add(self, points: Floats, index: int) -> None:
         points = _apart(points)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,15 @@ from limner.types import Floats, Value, frozen_array
 _FLIP = transforms.rotation((1.0, 0.0, 0.0), np.pi)
 """The pen points down: its z axis against the paper's."""
 
+_FLAT_MM = 1.0
+"""Pen-down places farther than this from their plane lie on no sheet."""
+
+_SPREAD_MM = 3.0
+"""Places less wide than this tell no plane; the pen's axis does."""
+
+_FULL_SWING_MM = 40.0
+"""A smaller drawing does not swing the pen as far, or the hand would have to move against it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Placement(Value):
@@ -25,12 +35,17 @@ class Placement(Value):
         spin_rad: turn of the tool about the pen, which draws the same.
         lean_rad: how far the pen leans from upright.
         lean_towards_rad: direction in the paper frame that the pen's upper end leans to.
+        swing_rad_per_mm: how far it leans besides towards a place of the sheet, for each millimetre from there: then
+            the hand moves less than the pen does, as that of a person who writes.
+        swing_about_mm: (x, y) of that place.
     """
 
     base_from_paper: Floats
     spin_rad: float = 0.0
     lean_rad: float = 0.0
     lean_towards_rad: float = 0.0
+    swing_rad_per_mm: float = 0.0
+    swing_about_mm: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         self._freeze("base_from_paper", frozen_array(self.base_from_paper, np.float64, (4, 4), "base_from_paper"))
@@ -48,13 +63,30 @@ class Placement(Value):
         corner = np.asarray(centre_m, dtype=np.float64) - turn @ np.array([*size_mm, 0.0]) / 2000
         return cls(transforms.transform(turn, corner), spin_rad)
 
-    def orientation(self) -> Floats:
-        """Of the tip in the base frame (3, 3), the same at every point."""
-        axis = np.array([-np.sin(self.lean_towards_rad), np.cos(self.lean_towards_rad), 0.0])
-        lean = transforms.rotation(axis, self.lean_rad)
-        spin = transforms.rotation((0.0, 0.0, 1.0), self.spin_rad)
-        turned: Floats = self.base_from_paper[:3, :3] @ lean @ spin @ _FLIP
+    def swung(self, swing_rad: float, points_mm: Floats) -> Placement:
+        """The same, the pen leaning by up to an angle towards the middle of points (n, 2 or 3) of the paper."""
+        low, high = points_mm[:, :2].min(0), points_mm[:, :2].max(0)
+        x, y = (low + high) / 2
+        farthest = float(np.hypot(*(points_mm[:, :2] - (x, y)).T).max())
+        rate = swing_rad / max(farthest, _FULL_SWING_MM)
+        return dataclasses.replace(self, swing_rad_per_mm=rate, swing_about_mm=(float(x), float(y)))
+
+    def orientations(self, points_mm: ArrayLike) -> Floats:
+        """Of the tip in the paper frame (..., 3, 3) at points (..., 2) or (..., 3) of the paper [mm]."""
+        away = np.asarray(points_mm, dtype=np.float64)[..., :2] - self.swing_about_mm
+        swing = leant(self.swing_rad_per_mm * np.hypot(away[..., 0], away[..., 1]), _direction(-away))
+        turned: Floats = (
+            swing
+            @ leant(self.lean_rad, self.lean_towards_rad)
+            @ transforms.rotation((0.0, 0.0, 1.0), self.spin_rad)
+            @ _FLIP
+        )
         return turned
+
+    def lean_deg(self, points_mm: ArrayLike) -> float:
+        """The farthest that the pen leans from upright at any of some points."""
+        upright = -self.orientations(points_mm)[..., 2, 2]
+        return float(np.degrees(np.arccos(np.clip(upright, -1, 1)).max()))
 
     def points_m(self, points_mm: ArrayLike) -> Floats:
         """Points (..., 2) or (..., 3) of the paper frame [mm] in the base frame (..., 3) [m]."""
@@ -68,8 +100,62 @@ class Placement(Value):
         return 1000 * transforms.apply(transforms.inverse(self.base_from_paper), points_m)
 
     def tips(self, points_mm: ArrayLike) -> Floats:
-        """Poses (..., 4, 4) of the pen's tip in the base frame at points (..., 2) or (..., 3) of the paper [mm]."""
-        return transforms.transform(self.orientation(), self.points_m(points_mm))
+        """Poses (..., 4, 4) of the pen's tip in the base frame at points (..., 2) or (..., 3) of the paper [mm].
+
+        A tip above or below the paper is so along the pen: lowered, it touches at the point's x and y.
+        """
+        points = np.asarray(points_mm, dtype=np.float64)
+        turns = self.orientations(points)
+        if points.shape[-1] == 3:
+            pen = turns[..., 2]
+            points = np.concatenate([points[..., :2], 0 * points[..., 2:]], -1) + pen * points[..., 2:] / pen[..., 2:]
+        return transforms.transform(self.base_from_paper[:3, :3] @ turns, self.points_m(points))
+
+
+def leant(lean_rad: ArrayLike, towards_rad: ArrayLike) -> Floats:
+    """Rotations (..., 3, 3) that let the upper end of an upright pen lean by angles (...) in directions (...)."""
+    towards = np.asarray(towards_rad, dtype=np.float64)
+    about = np.stack([-np.sin(towards), np.cos(towards), np.zeros(towards.shape)], axis=-1)
+    return transforms.rotation(about, lean_rad)
+
+
+def _direction(vectors: Floats) -> Floats:
+    angle: Floats = np.arctan2(vectors[..., 1], vectors[..., 0])
+    return angle
+
+
+def plane_of(tips: Floats) -> tuple[Floats, Floats]:
+    """The plane that the tip of a drawing pen is led in.
+
+    Args:
+        tips: (n, 4, 4) its poses in the base frame.
+
+    Returns:
+        Axes (3, 3): along the sheet as the base's x is seen there, across, and the normal, against the pen;
+        a point of it (3,) [m].
+
+    Raises:
+        BadInput: the poses lie in no plane.
+    """
+    points = tips[:, :3, 3]
+    middle = points.mean(0)
+    _, spread, axes = np.linalg.svd(points - middle, full_matrices=False)
+    spread = 1000 * spread / np.sqrt(len(points))
+    pen = tips[:, :3, 2].mean(0)
+    if len(spread) < 3 or spread[1] < _SPREAD_MM:
+        normal = -pen / np.linalg.norm(pen)
+    else:
+        normal = -axes[2] * np.sign(axes[2] @ pen)
+    off = 1000 * float(np.abs((points - middle) @ normal).max())
+    if off > _FLAT_MM:
+        raise BadInput(
+            f"trajectory: its pen-down places lie up to {off:.1f} mm off their plane, expected at most {_FLAT_MM:g};"
+            " it does not draw on a flat sheet"
+        )
+    along = np.eye(3)[0] if abs(normal[0]) < 0.9 else np.eye(3)[1]
+    x = along - (along @ normal) * normal
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(normal, x), normal], axis=1), middle
 
 
 @dataclass(frozen=True)

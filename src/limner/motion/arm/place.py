@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from limner import transforms
 from limner.errors import BadInput, CannotDraw
 from limner.motion.arm.ik import Inverse
-from limner.motion.arm.paper import Placement
+from limner.motion.arm.paper import Placement, leant
 from limner.motion.arm.robot import Robot
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats
@@ -32,7 +33,14 @@ class PlaceSettings(SettingsGroup):
         None, "turn of the tool about the pen; not set: whatever suits best", unit="deg", low=-360, high=360
     )
     lean_deg: float = setting(0.0, "the pen may lean up to this from upright, for reach", unit="deg", low=0, high=45)
-    lift_mm: float = setting(20.0, "the pen is lifted by this between strokes", unit="mm", low=0.5, high=200)
+    swing_deg: float = setting(
+        6.0,
+        "the pen leans by up to this towards the middle of the drawing, so that the hand moves less than the pen;"
+        " 0: the same everywhere, as in the thesis",
+        unit="deg",
+        low=0,
+        high=30,
+    )
     step_m: float = setting(0.05, "grid of the search", unit="m", low=0.01, high=0.2)
 
 
@@ -43,7 +51,8 @@ class ReachMap:
     Attributes:
         x_m, y_m, z_m: (nx,), (ny,), (nz,) grid in the base frame.
         spin_rad: (ns,) turns of the tool.
-        lean_rad: (nl,) leans of the pen, away from the robot's first axis.
+        lean_rad: (nl,) leans of the pen, its upper end towards the arm's first joint.
+        arm_m: (3,) where that is.
         margin: (nl, ns, nz, ny, nx) distance to the nearest limit [rad], negative or -inf where not reached.
     """
 
@@ -52,6 +61,7 @@ class ReachMap:
     z_m: Floats
     spin_rad: Floats
     lean_rad: Floats
+    arm_m: Floats
     margin: Floats
 
 
@@ -75,9 +85,22 @@ def reach_map(robot: Robot, arm: Inverse, settings: PlaceSettings) -> ReachMap:
     margin = np.full((len(leans), len(spins), len(points)), -np.inf)
     for k, lean in enumerate(leans):
         for s, spin in enumerate(spins):
-            tips = Placement(np.eye(4), float(spin), float(lean)).tips(1000 * points[near])
-            margin[k, s, near] = arm.margins(tips)
-    return ReachMap(x, y, z, spins, leans, margin.reshape(len(leans), len(spins), len(z), len(y), len(x)))
+            upright = Placement(np.eye(4), float(spin)).tips(1000 * points[near])
+            leaning = transforms.transform(leant(lean, _towards(points[near], centre)))
+            margin[k, s, near] = arm.margins(_about(points[near], leaning) @ upright)
+    return ReachMap(x, y, z, spins, leans, centre, margin.reshape(len(leans), len(spins), len(z), len(y), len(x)))
+
+
+def _towards(points_m: Floats, centre_m: Floats) -> Floats:
+    """Direction (...) in the base's x and y from points (..., 3) to the arm's first joint."""
+    away = centre_m - points_m
+    direction: Floats = np.arctan2(away[..., 1], away[..., 0])
+    return direction
+
+
+def _about(points_m: Floats, turns: Floats) -> Floats:
+    """Rotations (..., 4, 4) about points (..., 3) instead of the origin."""
+    return transforms.transform(translation=points_m) @ turns @ transforms.transform(translation=-points_m)
 
 
 def _reach(robot: Robot) -> tuple[Floats, float]:
@@ -87,22 +110,28 @@ def _reach(robot: Robot) -> tuple[Floats, float]:
     return centre, float(steps + np.where(robot.prismatic, np.maximum(abs(robot.lower), abs(robot.upper)), 0).sum())
 
 
-def candidates(size_mm: tuple[float, float], reach: ReachMap, best: int = 12) -> list[Placement]:
-    """Places of a sheet, the one with the widest margins over all its area first."""
+def candidates(size_mm: tuple[float, float], reach: ReachMap, best: int = 12, share: float = 1.0) -> list[Placement]:
+    """Places of a sheet, the one with the widest margins over all its area first.
+
+    Args:
+        size_mm: of the sheet.
+        reach: see there.
+        best: so many of them.
+        share: of the sheet's sides that the margins are looked at over, from its middle; a pen that leans towards
+            the middle is led by a hand that moves less.
+    """
     found: list[tuple[float, Placement]] = []
     step = float(reach.x_m[1] - reach.x_m[0])
     for turn in np.radians((0, 90, 180, 270)):
         across = np.abs(np.round([math.cos(turn), math.sin(turn)]))
         width, height = size_mm if across[0] else size_mm[::-1]
-        need_x, need_y = (math.ceil(side / 2000 / step) for side in (width, height))
+        need_x, need_y = (math.ceil(share * side / 2000 / step) for side in (width, height))
         worst = _window_minimum(reach.margin, need_y, need_x)
-        # The pen is lifted at every point, so the next layer up must be good as well.
         for k, s, iz, iy, ix in _best(worst, best):
             centre = (reach.x_m[ix], reach.y_m[iy], reach.z_m[iz])
             flat = Placement.flat(centre, size_mm, float(turn), float(reach.spin_rad[s]))
-            placed = Placement(
-                flat.base_from_paper, flat.spin_rad - float(turn), float(reach.lean_rad[k]), -float(turn)
-            )
+            towards = float(_towards(np.array(centre), reach.arm_m)) - float(turn)
+            placed = Placement(flat.base_from_paper, flat.spin_rad - float(turn), float(reach.lean_rad[k]), towards)
             found.append((float(worst[k, s, iz, iy, ix]) - 0.5 * float(reach.lean_rad[k]), placed))
     found.sort(key=lambda pair: -pair[0])
     return [placed for _, placed in found[:best]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 from typing import Any
@@ -15,14 +16,14 @@ from limner.motion.arm.collide import Collision, deepest
 from limner.motion.arm.ik import Inverse, InverseSettings, inverse
 from limner.motion.arm.lifted import LiftedPath, LiftSettings, lifted_path
 from limner.motion.arm.paper import Placement
-from limner.motion.arm.place import PlaceSettings
+from limner.motion.arm.place import PlaceSettings, ReachMap
 from limner.motion.arm.retime import RetimeSettings, joined, move, retime
-from limner.motion.arm.robot import Robot
+from limner.motion.arm.robot import SAFE, Robot
 from limner.settings import SettingsGroup, group
 from limner.types import Drawing, Floats, JointTrajectory
 
-SAFE = "safe"
-"""The pose that drawing starts from and returns to, where the robot has one of that name."""
+_SHARES = (1.0, 0.75, 0.5)
+"""Of the sheet that is looked at when a place is sought; a leaning pen may get farther than the map tells."""
 
 
 @dataclass(frozen=True)
@@ -60,18 +61,23 @@ class ArmPlan:
         return {
             "robot": self.robot.name,
             "seconds": float(motion.t_s[-1]),
+            "ink_s": self._from_first_ink_to_last_s(),
             "draw_s": float(step[motion.down].sum()),
             "travel_s": float(step[~motion.down].sum()),
             "strokes": int(motion.stroke.max(initial=-1) + 1),
             "samples": len(motion.t_s),
             "base_from_paper": self.placement.base_from_paper.tolist(),
             "spin_deg": float(np.degrees(self.placement.spin_rad)),
-            "lean_deg": float(np.degrees(self.placement.lean_rad)),
+            "lean_deg": self.placement.lean_deg(self.path.points_mm),
             "margin_deg": float(np.degrees(size[:, ~self.robot.prismatic].min())),
             "velocity_used": float((np.abs(motion.qd) / self.robot.velocity).max()),
             "acceleration_used": float((np.abs(motion.qdd) / self.robot.acceleration).max()),
             "planning_s": self.seconds,
         }
+
+    def _from_first_ink_to_last_s(self) -> float:
+        drawn = np.flatnonzero(self.trajectory.down)
+        return float(self.trajectory.t_s[drawn[-1]] - self.trajectory.t_s[max(drawn[0] - 1, 0)])
 
 
 def plan_arm(drawing: Drawing, robot: Robot, settings: ArmSettings, placement: Placement | None = None) -> ArmPlan:
@@ -91,17 +97,17 @@ def plan_arm(drawing: Drawing, robot: Robot, settings: ArmSettings, placement: P
     seconds: dict[str, float] = {}
     arm = inverse(robot, settings.inverse)
     path = lifted_path(drawing, settings.lift)
+    search = _Search(robot, arm, path, (drawing.page.width_mm, drawing.page.height_mm), settings.place)
     started = time.perf_counter()
-    size = (drawing.page.width_mm, drawing.page.height_mm)
-    tried = [placement] if placement is not None else _placements(robot, arm, size, settings.place)
-    seconds["place"] = time.perf_counter() - started
-    started = time.perf_counter()
-    try:
-        placed, q = _first_that_works(robot, arm, path, tried, size)
-    except CannotDraw as error:
-        if len(tried) > 1:
-            raise
-        raise CannotDraw(f"{error}{_nearest(robot, arm, path, tried[0], size, settings.place)}") from error
+    if placement is None and settings.place.at == places.AUTO:
+        reach = places.reach_map(robot, arm, settings.place)
+        seconds["place"] = time.perf_counter() - started
+        started = time.perf_counter()
+        placed, q = search.anywhere(reach)
+    else:
+        placed, q = search.there(
+            placement or places.parse_place(settings.place.at, search.size_mm, settings.place.spin_deg)
+        )
     seconds["inverse"] = time.perf_counter() - started
     started = time.perf_counter()
     drawn = retime(robot, path, q, settings.retime)
@@ -111,43 +117,89 @@ def plan_arm(drawing: Drawing, robot: Robot, settings: ArmSettings, placement: P
     return ArmPlan(robot, placed, path, trajectory, seconds)
 
 
-def _placements(robot: Robot, arm: Inverse, size: tuple[float, float], settings: PlaceSettings) -> list[Placement]:
-    if settings.at != places.AUTO:
-        return [places.parse_place(settings.at, size, settings.spin_deg)]
-    found = places.candidates(size, places.reach_map(robot, arm, settings))
-    if not found:
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Looks for a place of the sheet at which all of a path can be drawn."""
+
+    robot: Robot
+    arm: Inverse
+    path: LiftedPath
+    size_mm: tuple[float, float]
+    settings: PlaceSettings
+
+    def anywhere(self, reach: ReachMap) -> tuple[Placement, Floats]:
+        """The place with the widest margins, and joint positions there.
+
+        Raises:
+            CannotDraw: there is none.
+        """
+        problem: CannotDraw | None = None
+        for share in _SHARES:
+            try:
+                return self._first(places.candidates(self.size_mm, reach, share=share))
+            except CannotDraw as error:
+                problem = problem or error
+        width, height = self.size_mm
         raise CannotDraw(
-            f"place: a sheet of {size[0]:g} x {size[1]:g} mm fits nowhere within reach of {robot.name};"
-            " take a smaller page, let the pen lean (place.lean_deg), or free the table's height"
-        )
-    return found
+            f"place: a sheet of {width:g} x {height:g} mm fits nowhere within reach of {self.robot.name};"
+            " take a smaller page, let the pen lean more (place.swing_deg, place.lean_deg), or free the table's height"
+        ) from problem
 
+    def there(self, placed: Placement) -> tuple[Placement, Floats]:
+        """A place that was asked for, and joint positions.
 
-def _first_that_works(
-    robot: Robot, arm: Inverse, path: LiftedPath, tried: list[Placement], size: tuple[float, float]
-) -> tuple[Placement, Floats]:
-    problem: CannotDraw | None = None
-    for placed in tried:
-        touched: list[Collision] = []
+        Raises:
+            CannotDraw: it cannot be drawn at: which part, why, and the nearest place that can.
+        """
+        try:
+            return self._first([placed])
+        except CannotDraw as error:
+            raise CannotDraw(f"{error}{self._nearest(placed)}") from error
 
-        def clear(q: Floats, placed: Placement = placed, touched: list[Collision] = touched) -> bool:
-            some = q[:: max(1, len(q) // 500)]
-            # On the way from the safe pose and back nothing may be touched either.
-            ways = [_between(robot.pose(SAFE), end) for end in (q[0], q[-1]) if SAFE in robot.poses]
-            collision = deepest(robot, np.concatenate([some, *ways]), placed.base_from_paper)
-            collision = collision or _pen_in_table(robot, ways, placed)
-            touched += [collision] if collision else []
-            return collision is None
+    def _first(self, tried: list[Placement]) -> tuple[Placement, Floats]:
+        problem = CannotDraw("place: nowhere to try")
+        for number, still in enumerate(tried):
+            placed = still.swung(math.radians(self.settings.swing_deg), self.path.points_mm)
+            touched: list[Collision] = []
 
-        q, _ = arm.follow(placed.tips(path.points_mm), clear)
-        if q is not None:
-            return placed, q
+            def clear(q: Floats, placed: Placement = placed, touched: list[Collision] = touched) -> bool:
+                collision = self._collision(q, placed)
+                touched += [collision] if collision else []
+                return collision is None
+
+            q, _ = self.arm.follow(placed.tips(self.path.points_mm), clear)
+            if q is not None:
+                return placed, q
+            if number == 0:
+                problem = self._problem(placed, touched)
+        raise problem
+
+    def _collision(self, q: Floats, placed: Placement) -> Collision | None:
+        some = q[:: max(1, len(q) // 500)]
+        # On the way from the safe pose and back nothing may be touched either.
+        ways = [_between(self.robot.pose(SAFE), end) for end in (q[0], q[-1]) if SAFE in self.robot.poses]
+        found = deepest(self.robot, np.concatenate([some, *ways]), placed.base_from_paper)
+        return found or _pen_in_table(self.robot, ways, placed)
+
+    def _problem(self, placed: Placement, touched: list[Collision]) -> CannotDraw:
         if touched:
-            problem = problem or CannotDraw(f"place: {touched[0].describe(robot)}; try another place, or auto")
-        else:
-            some = path.points_mm[:: max(1, len(path.points_mm) // 300)]
-            problem = problem or places.unreachable(arm, placed, some, size)
-    raise problem or CannotDraw("place: nowhere to try")
+            return CannotDraw(f"place: {touched[0].describe(self.robot)}; try another place, or auto")
+        some = self.path.points_mm[:: max(1, len(self.path.points_mm) // 300)]
+        return places.unreachable(self.arm, placed, some, self.size_mm)
+
+    def _nearest(self, asked: Placement) -> str:
+        """In words, the place nearest to the one asked for at which all of the path can be drawn."""
+        middle = (self.size_mm[0] / 2, self.size_mm[1] / 2)
+        reach = places.reach_map(self.robot, self.arm, self.settings.replace(at=places.AUTO))
+        found = places.candidates(self.size_mm, reach, best=200)
+        found.sort(key=lambda placed: float(np.linalg.norm(placed.points_m(middle) - asked.points_m(middle))))
+        try:
+            placed, _ = self._first(found[:12])
+        except CannotDraw:
+            return "; no place was found that can"
+        x, y, z = placed.points_m(middle)
+        turn = np.degrees(np.arctan2(placed.base_from_paper[1, 0], placed.base_from_paper[0, 0]))
+        return f"; the nearest place found that can: {x:.3f},{y:.3f},{z:.3f},{turn:.0f}"
 
 
 def _pen_in_table(robot: Robot, ways: list[Floats], placed: Placement) -> Collision | None:
@@ -155,23 +207,6 @@ def _pen_in_table(robot: Robot, ways: list[Floats], placed: Placement) -> Collis
     heights = [placed.points_mm(robot.forward(way)[:, :3, 3])[:, 2].min() for way in ways]
     lowest = min(heights, default=0.0)
     return Collision(0, robot.dof, -1, -lowest / 1000) if lowest < 0 else None
-
-
-def _nearest(
-    robot: Robot, arm: Inverse, path: LiftedPath, asked: Placement, size: tuple[float, float], settings: PlaceSettings
-) -> str:
-    """In words, the place nearest to the one asked for at which all of the path can be drawn."""
-    middle = (size[0] / 2, size[1] / 2)
-    free = settings.replace(at=places.AUTO)
-    found = places.candidates(size, places.reach_map(robot, arm, free), best=200)
-    found.sort(key=lambda placed: float(np.linalg.norm(placed.points_m(middle) - asked.points_m(middle))))
-    try:
-        placed, _ = _first_that_works(robot, arm, path, found[:12], size)
-    except CannotDraw:
-        return "; no place was found that can"
-    x, y, z = placed.points_m(middle)
-    turn = np.degrees(np.arctan2(placed.base_from_paper[1, 0], placed.base_from_paper[0, 0]))
-    return f"; the nearest place found that can: {x:.3f},{y:.3f},{z:.3f},{turn:.0f}"
 
 
 def _from_safe_and_back(robot: Robot, drawn: JointTrajectory, settings: RetimeSettings) -> JointTrajectory:

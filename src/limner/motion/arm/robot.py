@@ -12,6 +12,9 @@ from limner import transforms
 from limner.errors import BadInput
 from limner.types import Floats, Value, frozen_array
 
+SAFE = "safe"
+"""The pose that drawing starts from and returns to, where a robot has one of that name."""
+
 
 @dataclass(frozen=True, eq=False)
 class Capsule(Value):
