@@ -63,6 +63,8 @@ HEAVY = {
     "toppra": {"motion/arm/retime.py"},
     "starlette": {"studio"},
     "uvicorn": {"studio/serve.py"},
+    "rosbags": {"targets/bag.py"},
+    "websockets": {"targets/bridge.py", "targets/fake_rosbridge.py"},
 }
 
 
@@ -126,6 +128,8 @@ def test_heavy_packages_stay_in_their_place(path):
             "distributed",
             "fsspec",
             "pyarrow",
+            "rosbags",
+            "websockets",
         ):
             assert not at_import, f"{where} must import {package} inside the function that needs it"
 

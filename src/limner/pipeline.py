@@ -30,6 +30,7 @@ from limner.targets import svg
 from limner.targets.ebb import EbbSettings
 from limner.targets.files import FORMATS as FORMATS, check_format as check_format, to_bytes
 from limner.targets.gcode import GcodeSettings
+from limner.targets.rosbridge import RosbridgeSettings
 from limner.targets.svg import SvgSettings
 from limner.targets.urscript import UrSettings
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
@@ -86,6 +87,7 @@ class Settings(LineSettings):
     ebb: EbbSettings = group(EbbSettings)
     arm: ArmSettings = group(ArmSettings)
     ur: UrSettings = group(UrSettings)
+    rosbridge: RosbridgeSettings = group(RosbridgeSettings)
     simulation: SimulationSettings = group(SimulationSettings)
 
 

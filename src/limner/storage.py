@@ -11,7 +11,7 @@ import tempfile
 import typing
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -44,6 +44,26 @@ def write_whole(path: str | Path, data: bytes) -> None:
         if beside is not None:
             with contextlib.suppress(OSError):
                 os.unlink(beside)
+        raise BadInput(f"{path}: cannot be written ({error.strerror or error}); choose another place") from error
+
+
+@contextlib.contextmanager
+def whole(path: str | Path) -> Iterator[Path]:
+    """A place beside ``path`` to write a file or a folder at, which then takes the place of what is at ``path``.
+
+    Raises:
+        BadInput: the folder around it is missing, read-only, or full; what was at ``path`` is still there.
+    """
+    path = Path(path)
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{path.name[:40]}.", suffix=".part", dir=path.parent) as folder:
+            made = Path(folder) / path.name
+            yield made
+            if path.is_dir():
+                # A folder with something in it cannot be renamed over.
+                os.rename(path, Path(folder) / "old")
+            os.replace(made, path)
+    except OSError as error:
         raise BadInput(f"{path}: cannot be written ({error.strerror or error}); choose another place") from error
 
 

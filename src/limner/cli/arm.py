@@ -19,8 +19,10 @@ from limner.motion.arm.plan import ArmPlan, ArmSettings, plan_arm
 from limner.motion.arm.robot import Robot
 from limner.motion.arm.robots import load_robot
 from limner.pipeline import Settings
-from limner.targets import joints, reach_picture, urscript
+from limner.targets import bag, joints, reach_picture, urscript
 from limner.targets.files import read_drawing
+from limner.targets.recording import Recording
+from limner.types import Drawing
 
 FORMATS = (*joints.FORMATS, urscript.SUFFIX)
 """What the motion of an arm can be saved as."""
@@ -32,6 +34,7 @@ def plan(
     settings: Settings,
     *,
     out: tuple[str, ...],
+    bags: tuple[str, ...],
     calibration: str | None,
     waypoints: str | None,
     reach: str | None,
@@ -44,6 +47,7 @@ def plan(
         robot: name or URDF.
         settings: of the plan and of URScript.
         out: files for the trajectory.
+        bags: bags of ROS to write.
         calibration: file of probed points, or None.
         waypoints: file for the poses of the pen, or None.
         reach: file for the map of the reach, or None.
@@ -54,10 +58,13 @@ def plan(
     """
     for file in out:
         joints.check_format(file, FORMATS)
+    for file in bags:
+        bag.check(file)
     table = joints.waypoints_format(waypoints) if waypoints else ""
     arm = load_robot(robot)
     found = read_calibration(calibration) if calibration else None
-    planned = plan_arm(read_drawing(drawing), arm, settings.arm, found[0] if found else None)
+    drawn = read_drawing(drawing)
+    planned = plan_arm(drawn, arm, settings.arm, found[0] if found else None)
     report = planned.report() | (found[1] if found else {})
     tips = tip_poses(planned)
     for file in out:
@@ -65,12 +72,14 @@ def plan(
             storage.write_whole(file, urscript.to_urscript(planned.trajectory, tips[:, :3], settings.ur))
         else:
             joints.save(planned.trajectory, file)
+    for file in bags:
+        bag.save(_recording(planned, drawn), file)
     if waypoints:
         poses = joints.waypoints(planned.trajectory, tips)
         storage.write_whole(waypoints, joints.waypoints_bytes(poses, arm.base, table))
     if reach:
         storage.write_whole(reach, _reach_png(arm, planned, settings.arm))
-    report["out"] = [*out, *filter(None, (waypoints, reach))]
+    report["out"] = [*out, *bags, *filter(None, (waypoints, reach))]
     if as_json:
         click.echo(json.dumps(report))
         return
@@ -106,6 +115,19 @@ def tip_poses(planned: ArmPlan) -> Any:
     """(n, 7) position [m] and quaternion w, x, y, z of the tip at each sample."""
     frames = planned.robot.forward(planned.trajectory.q)
     return np.concatenate([frames[:, :3, 3], transforms.to_quaternion(frames[:, :3, :3])], axis=1)
+
+
+def _recording(planned: ArmPlan, drawing: Drawing) -> Recording:
+    robot = planned.robot
+    return Recording(
+        motion=planned.trajectory,
+        tips=robot.forward(planned.trajectory.q),
+        base_from_paper=planned.placement.base_from_paper,
+        root_from_base=robot.root_from_base,
+        root=robot.root,
+        base=robot.base,
+        pen_mm=drawing.pen.width_mm,
+    )
 
 
 def _reach_png(robot: Robot, planned: ArmPlan, settings: ArmSettings) -> bytes:

@@ -16,11 +16,14 @@ from limner.motion.machine import Machine, load_machine
 from limner.motion.pen import plan
 from limner.pipeline import Settings
 from limner.targets import joints, urscript
+from limner.targets.bridge import parse_bridge
 from limner.targets.connect import Wiring, connect, parse_address
 from limner.targets.ebb import Limits
 from limner.targets.fake_ur import FakeUr
 from limner.targets.journal import Journal, Place
+from limner.targets.rosbridge import Rosbridge
 from limner.targets.send import Control, Watch, drive, send
+from limner.targets.target import Arm
 from limner.targets.ur import Ur, parse_host
 from limner.types import Drawing, Floats, PenPath
 
@@ -89,32 +92,38 @@ def arm(motion: str, to: str, robot: str, settings: Settings) -> Job:
         BadInput: no address, robot or motion, or the arm has not six joints.
         CannotDraw: the motion is not for this arm, or exceeds its limits.
     """
-    host = None if to == "fake:" else parse_host(to)
+    bridge = parse_bridge(to) if to.startswith("rosbridge:") else None
+    host = None if bridge or to == "fake:" else parse_host(to)
     mover = load_robot(robot)
     route = legs(joints.load(motion), mover, settings.arm.retime)
-    urscript.check_joints(mover.joints)
+    if bridge is None:
+        urscript.check_joints(mover.joints)
     each = route.seconds()
     lines = route.lines_mm()
 
     def run(journal: Journal, control: Control, watch: Watch) -> Place:
+        if bridge is not None:
+            arm = Rosbridge(bridge, route, settings.rosbridge, mover.joints, mover.base)
+            return _drive(arm, route, journal, control, watch)
         if host is not None:
             return _drive(Ur(*host, route, settings.ur), route, journal, control, watch)
         with FakeUr(route.motion.q[0], mover.lower, mover.upper, mover.velocity) as fake:
             return _drive(Ur("127.0.0.1", fake.port, route, settings.ur), route, journal, control, watch)
 
+    listens = f"listens to {bridge.topic}" if bridge else "is in remote control"
     ready = (
-        "The arm is in remote control, the sheet lies where it was planned; the arm first goes straight from where it"
-        " stands to the pose that the motion begins with, and nothing is in its way."
+        f"The arm {listens}, the sheet lies where it was planned; the arm first goes straight from where it stands to"
+        " the pose that the motion begins with, and nothing is in its way."
     )
     drawn = Drawing(lines, ("face",) * len(lines), np.ones(len(lines)))
     return Job(drawn, np.cumsum(each) - each, float(each.sum()), mover.name, ready, run)
 
 
-def _drive(ur: Ur, route: Legs, journal: Journal, control: Control, watch: Watch) -> Place:
+def _drive(arm: Arm, route: Legs, journal: Journal, control: Control, watch: Watch) -> Place:
     def draw(place: Place) -> Place:
-        return Place(place.stroke + ur.draw(place.stroke, lambda: control.stop))
+        return Place(place.stroke + arm.draw(place.stroke, lambda: control.stop))
 
-    return drive(ur, draw, len(route.ends), journal, control, watch)
+    return drive(arm, draw, len(route.ends), journal, control, watch)
 
 
 def first_place(job: Job, resume: bool, first: int | None) -> Place | None:

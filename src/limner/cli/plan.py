@@ -35,7 +35,7 @@ _PLOTTER = {
     "--path": "path_file",
     "--save-machine": "save_machine",
 }
-_ARM = {"--calibration": "calibration", "--waypoints": "waypoints", "--reach": "reach"}
+_ARM = {"--bag": "bags", "--calibration": "calibration", "--waypoints": "waypoints", "--reach": "reach"}
 
 
 @click.command(
@@ -71,6 +71,14 @@ _ARM = {"--calibration": "calibration", "--waypoints": "waypoints", "--reach": "
     " .csv in metres.",
 )
 @click.option("--waypoints", metavar="FILE", help="With --robot: write the poses of the pen's tip as .json or .csv.")
+@click.option(
+    "--bag",
+    "bags",
+    multiple=True,
+    metavar="FILE",
+    help="With --robot: write all that ROS would hear (path, ink, trajectory, joint states, frames), to play in rviz:"
+    " .bag for ROS 1; .mcap or .db3 for ROS 2, a folder of that name, for `ros2 bag play`; may be repeated.",
+)
 @click.option("--reach", metavar="FILE", help="With --robot: write a map of where the pen can be held as .png.")
 @click.option("--save-machine", metavar="FILE", help="Write the machine as .toml, to change and use as --machine.")
 @options.settings_options
@@ -88,6 +96,7 @@ def plan(
     save_machine: str | None,
     robot: str | None,
     calibration: str | None,
+    bags: tuple[str, ...],
     waypoints: str | None,
     reach: str | None,
     save_settings: Path | None,
@@ -103,6 +112,7 @@ def plan(
             robot,
             settings,
             out=out,
+            bags=bags,
             calibration=calibration,
             waypoints=waypoints,
             reach=reach,

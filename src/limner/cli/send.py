@@ -37,7 +37,8 @@ _PLOTTER = {"--machine": "machine", "--fit": "shrink"}
     "--to",
     required=True,
     metavar="ADDRESS",
-    help="grbl:PORT or ebb:PORT (an AxiDraw), ur:HOST (an arm of Universal Robots); fake: or fake:ebb to try.",
+    help="grbl:PORT or ebb:PORT (an AxiDraw), ur:HOST (an arm of Universal Robots), rosbridge:ws://HOST:PORT/TOPIC (the"
+    " controller of an arm in ROS); fake: or fake:ebb to try.",
 )
 @click.option(
     "--robot",

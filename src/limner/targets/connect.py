@@ -63,7 +63,7 @@ def parse_address(text: str) -> Address:
         return Address(port or "grbl", "")
     if kind in ("grbl", "ebb") and port:
         return Address(kind, port)
-    if kind == "ur":
+    if kind in ("ur", "rosbridge"):
         raise BadInput(f"--to {text}: an arm takes the motion that limner plan --robot writes; name it with --robot")
     raise BadInput(f"--to {text}: expected grbl:PORT, ebb:PORT (such as grbl:/dev/ttyUSB0, ebb:COM3) or fake:")
 

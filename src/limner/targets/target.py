@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from limner.types import Floats
+from limner.types import Floats, JointTrajectory
 
 
 class Device(Protocol):
@@ -50,4 +50,38 @@ class Target(Device, Protocol):
 
         Raises:
             DeviceFailed: the machine did not do as told; what is drawn of the line is not known.
+        """
+
+
+class Route(Protocol):
+    """Checked motions of an arm, each from rest to rest with the pen up."""
+
+    def stroke(self, index: int) -> JointTrajectory:
+        """Along a stroke."""
+
+    def to_stroke(self, q: Floats, index: int) -> JointTrajectory:
+        """From joint positions to where a stroke begins."""
+
+    def home(self, index: int) -> JointTrajectory:
+        """From where a stroke begins to the end."""
+
+    def tips(self, q: Floats) -> Floats:
+        """(n, 3) where the pen's tip is [m]."""
+
+
+class Arm(Device, Protocol):
+    """An arm that is led along checked motions."""
+
+    def draw(self, index: int, stopping: Callable[[], bool]) -> bool:
+        """Go to a stroke if the arm is not there, and draw it.
+
+        Args:
+            index: of the stroke.
+            stopping: asked wherever the arm can stop.
+
+        Returns:
+            Whether the stroke is drawn; else the arm was stopped, the pen up.
+
+        Raises:
+            DeviceFailed: it did not do as told.
         """

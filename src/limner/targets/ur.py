@@ -9,12 +9,12 @@ import select
 import socket
 import time
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 import numpy as np
 
 from limner.errors import BadInput, DeviceFailed
 from limner.targets import urscript
+from limner.targets.target import Route
 from limner.targets.urscript import UrSettings
 from limner.types import Floats, JointTrajectory
 
@@ -31,22 +31,6 @@ _LOOK_S = 0.05
 _OFF_RAD = 0.02
 
 
-class Route(Protocol):
-    """Checked motions, each from rest to rest with the pen up."""
-
-    def stroke(self, index: int) -> JointTrajectory:
-        """Along a stroke."""
-
-    def to_stroke(self, q: Floats, index: int) -> JointTrajectory:
-        """From joint positions to where a stroke begins."""
-
-    def home(self, index: int) -> JointTrajectory:
-        """From where a stroke begins to the end."""
-
-    def tips(self, q: Floats) -> Floats:
-        """(n, 3) where the pen's tip is [m]."""
-
-
 def parse_host(text: str) -> tuple[str, int]:
     """Host and port of ``ur:HOST`` or ``ur:HOST:PORT``.
 
@@ -55,7 +39,10 @@ def parse_host(text: str) -> tuple[str, int]:
     """
     found = re.fullmatch(r"ur:([^:\s/]+)(?::(\d{1,5}))?", text)
     if not found or not 0 < int(found[2] or PORT) < 65536:
-        raise BadInput(f"--to {text}: expected ur:HOST or ur:HOST:PORT (such as ur:192.168.0.10), or fake:")
+        raise BadInput(
+            f"--to {text}: expected ur:HOST or ur:HOST:PORT (such as ur:192.168.0.10),"
+            " rosbridge:ws://HOST:PORT/TOPIC, or fake:"
+        )
     return found[1], int(found[2] or PORT)
 
 

@@ -79,6 +79,8 @@ class Robot(Value):
         poses: named joint positions; ``safe`` is where drawing starts and ends.
         sheet_box_m: (2, 3) lower and upper corner of the box in which the centre of a sheet may lie, base frame.
         base, tip: names of the links the chain goes between.
+        root: name of the link that all of the robot hangs from; empty: the base.
+        root_from_base: (4, 4) where the base is on it.
         controller: name of the robot's own trajectory controller, empty for none.
     """
 
@@ -98,6 +100,8 @@ class Robot(Value):
     sheet_box_m: Floats = field(default_factory=lambda: np.array([[-10.0] * 3, [10.0] * 3]))
     base: str = "base"
     tip: str = "tip"
+    root: str = ""
+    root_from_base: Floats = field(default_factory=lambda: np.eye(4))
     controller: str = ""
 
     def __post_init__(self) -> None:
@@ -108,6 +112,7 @@ class Robot(Value):
         for name in ("lower", "upper", "velocity", "acceleration", "jerk"):
             self._freeze(name, frozen_array(getattr(self, name), np.float64, (dof,), f"Robot.{name}"))
         self._freeze("sheet_box_m", frozen_array(self.sheet_box_m, np.float64, (2, 3), "Robot.sheet_box_m"))
+        self._freeze("root_from_base", frozen_array(self.root_from_base, np.float64, (4, 4), "Robot.root_from_base"))
         self._check_limits()
         poses = {k: frozen_array(v, np.float64, (dof,), f"Robot.poses.{k}") for k, v in self.poses.items()}
         self._freeze("poses", poses)

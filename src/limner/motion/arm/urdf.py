@@ -168,6 +168,8 @@ class _Tree:
             sheet_box_m=np.array(self.request.sheet_box_m),
             base=self.base,
             tip=self.tip,
+            root=self.root,
+            root_from_base=self._mount(),
             controller=self.request.controller,
         )
 
@@ -227,6 +229,13 @@ class _Tree:
         if joint.type == "prismatic":
             return _origin(joint) @ transforms.transform(translation=position * axis)
         return _origin(joint) @ transforms.transform(transforms.rotation(axis, position))
+
+    def _mount(self) -> Floats:
+        """Where the base is on the root; what moves between them is held."""
+        frame, link = np.eye(4), self.base
+        while link in self.above:
+            frame, link = self._held(self.above[link]) @ frame, self.above[link].parent
+        return frame
 
     def _before(self, chain: list[Any]) -> Floats:
         before, fixed = [], np.eye(4)
