@@ -64,7 +64,7 @@ HEAVY = {
     "starlette": {"studio"},
     "uvicorn": {"studio/serve.py"},
     "rosbags": {"targets/bag.py"},
-    "websockets": {"targets/bridge.py", "targets/fake_rosbridge.py"},
+    "websockets": {"studio/serve.py", "targets/bridge.py", "targets/fake_rosbridge.py"},
 }
 
 
