@@ -2,6 +2,8 @@
 # make test   set up .venv, then run every test
 # make lint   the linters and the type checker
 # make bench  measure speed and memory, print a table (MODELS=DIR: the face models of Zhu & Ramanan too)
+# make docs   the documentation as a site, into build/site
+# make reference  the pages of it that are made from the program
 # make dist   build sdist and wheel into dist
 # make licences  docs/licences.md: the licence of every package that is used
 # make clean  remove what was built
@@ -15,7 +17,7 @@ DEBIAN  = $(shell grep -v '^\#' tests/debian.txt)
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 
-.PHONY: demo test lint bench dist licences clean
+.PHONY: demo test lint bench docs reference dist licences clean
 .DEFAULT_GOAL := demo
 
 $(BIN)/python:
@@ -46,13 +48,20 @@ test: $(VENV)/.dev
 	@LIMNER_SLOW=$(LIMNER_SLOW) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q --numprocesses auto
 
 lint: $(VENV)/.dev
-	$(BIN)/ruff check src tests tools
-	$(BIN)/ruff format --check src tests tools
+	$(BIN)/ruff check src tests tools examples
+	$(BIN)/ruff format --check src tests tools examples
 	$(BIN)/mypy
 
 bench: $(VENV)/.dev
 	@$(BIN)/limner evaluate speed $(if $(MODELS),--models $(MODELS))
 	@$(BIN)/limner evaluate strokes
+
+docs: $(VENV)/.dev reference
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict
+	@echo build/site/index.html
+
+reference: $(VENV)/.dev
+	@$(BIN)/python tools/reference.py
 
 dist: $(VENV)/.dev
 	@rm -rf dist

@@ -40,7 +40,6 @@ from limner.vision.scale import ScaleSettings, Working, apply, to_working_scale
 from limner.vision.skeleton import skeletonize
 from limner.vision.spline_style import SplinesSettings, spline_strokes
 from limner.vision.tonal.ink import InkSettings, wanted_ink
-from limner.vision.tonal.scribble import ScribbleSettings, scribble
 from limner.vision.tonal.stipple import OneLineSettings, StippleSettings, stipple
 from limner.vision.tone import NONE as NO_TONE, ToneSettings, hatch
 from limner.vision.trace import TraceSettings, trace
@@ -61,7 +60,6 @@ class LineSettings(SettingsGroup):
     ink: InkSettings = group(InkSettings)
     stipple: StippleSettings = group(StippleSettings)
     one_line: OneLineSettings = group(OneLineSettings)
-    scribble: ScribbleSettings = group(ScribbleSettings)
     trim: TrimSettings = group(TrimSettings)
     trace: TraceSettings = group(TraceSettings)
     regions: RegionSettings = group(RegionSettings)
@@ -112,13 +110,6 @@ def _dots(style: str, photo: Photo, face: Face, settings: LineSettings, stages: 
     return _in_photo(strokes, working, photo)
 
 
-def _scribble(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
-    working, ink = _wanted(photo, face, settings, stages)
-    seen = stages("seen", look_at, working.photo, settings.portrait.flow)
-    strokes = stages("scribble", scribble, ink, seen, working.face, settings.scribble, settings.regions)
-    return _in_photo(strokes, working, photo)
-
-
 OWN_WAYS: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
     "portrait": _portrait,
     "splines": _splines,
@@ -128,7 +119,6 @@ OWN_WAYS: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
 MEASURED: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
     "stipple": partial(_dots, "stipple"),
     "one-line": partial(_dots, "one-line"),
-    "scribble": _scribble,
 }
 """Styles made to measure; of ``one-line`` the dots, which are joined on the page."""
 
