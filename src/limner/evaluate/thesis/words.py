@@ -83,7 +83,6 @@ FIGURES = {
         "FAST on the sharpened picture; on the whole set the corners got worse.",
         "Here they neither gain nor lose on the whole set, and Harris's corners are worse (table 3.2): the strongest"
         " corner is often an eyelash.",
-    ), and for the same reason: the strongest corner is often an eyelash.",
     ),
     "3.8": Words("Landmarks by principal components", "", "The shape model was learnt from other people."),
     "3.9": Words("The mean face and its first two components", "They capture turning and size.", "Likewise."),
