@@ -13,8 +13,8 @@ from limner.drawing.compose import compose
 from limner.drawing.order import order
 from limner.errors import CannotDraw
 from limner.evaluate.tables import Grid
-from limner.motion.arm.plan import SAFE, ArmPlan, plan_arm
-from limner.motion.arm.robot import Robot
+from limner.motion.arm.plan import ArmPlan, plan_arm
+from limner.motion.arm.robot import SAFE, Robot
 from limner.motion.cost import seconds as plotter_seconds
 from limner.motion.machine import load_machine
 from limner.pipeline import Session, Settings
