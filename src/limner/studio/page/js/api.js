@@ -1,0 +1,42 @@
+// Requests to the server go out; what it answers, or an error in its own words, comes back.
+
+/** What the server refused, in one line. */
+export class Refused extends Error {
+  /** @param {string} message @param {number} status */
+  constructor(message, status) {
+    super(message);
+    this.status = status;
+  }
+}
+
+/**
+ * @param {string} path
+ * @param {RequestInit} [how]
+ * @returns {Promise<any>}
+ */
+export async function ask(path, how = {}) {
+  let answer;
+  try {
+    answer = await fetch(path, { credentials: "same-origin", ...how });
+  } catch {
+    throw new Refused("limner does not answer. Is it still running in its terminal?", 0);
+  }
+  const body = await answer.json().catch(() => ({}));
+  if (!answer.ok) throw new Refused(body.error ?? `limner answered ${answer.status}`, answer.status);
+  return body;
+}
+
+/**
+ * @param {string} path
+ * @param {any} value
+ */
+export function tell(path, value) {
+  return ask(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(value) });
+}
+
+/**
+ * @param {Blob} photo
+ */
+export function sendPhoto(photo) {
+  return ask("api/photo", { method: "POST", headers: { "content-type": "application/octet-stream" }, body: photo });
+}
