@@ -41,3 +41,27 @@ test("a frame that was cut off is refused, wherever", () => {
   const whole = frame();
   for (let length = 0; length < whole.byteLength; length += 1) assert.throws(() => decode(whole.slice(0, length)), RangeError);
 });
+
+test("a plan's samples come back, joints too", () => {
+  const [n, dof] = [3, 2];
+  const bytes = new ArrayBuffer(24 + n * (4 + 4 + 4 * dof + 4 + 1));
+  const view = new DataView(bytes);
+  view.setUint8(0, 2);
+  view.setUint32(8, n, true);
+  view.setUint32(12, dof, true);
+  view.setFloat32(16, 0.25, true);
+  for (let i = 0; i < n; i += 1) {
+    view.setFloat32(24 + 4 * i, i / 2, true);
+    view.setInt16(24 + 4 * n + 4 * i, -i, true);
+    for (let k = 0; k < dof; k += 1) view.setFloat32(24 + 8 * n + 4 * (dof * i + k), 10 * i + k, true);
+    view.setInt32(24 + (8 + 4 * dof) * n + 4 * i, i - 1, true);
+    view.setUint8(24 + (12 + 4 * dof) * n + i, i % 2);
+  }
+  const { plan } = decode(bytes);
+  assert.deepEqual([...plan.times], [0, 0.5, 1]);
+  assert.deepEqual([...plan.points], [0, 0, -1, 0, -2, 0]);
+  assert.deepEqual([...plan.joints], [0, 1, 10, 11, 20, 21]);
+  assert.deepEqual([...plan.line], [-1, 0, 1]);
+  assert.deepEqual([...plan.draws], [0, 1, 0]);
+  assert.throws(() => decode(bytes.slice(0, -1)), RangeError);
+});

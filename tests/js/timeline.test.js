@@ -1,7 +1,7 @@
 // Time never runs backwards on a timeline; the pen is where it should be, forwards and backwards.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { estimate, Timeline } from "../../src/limner/studio/page/js/timeline.js";
+import { estimate, fromPlan, Timeline } from "../../src/limner/studio/page/js/timeline.js";
 
 const lines = { offsets: Uint32Array.from([0, 2, 4]), points: Int16Array.from([0, 0, 1000, 0, 1000, 3000, 1000, 2000]), unit: 0.01 };
 const speed = { draw: 10, travel: 30, lift: 0.5 };
@@ -40,4 +40,17 @@ test("looking up in any order gives what a plain search gives", () => {
 
 test("nothing drawn takes no time", () => {
   assert.equal(estimate({ offsets: new Uint32Array(1), points: new Int16Array(0), unit: 0.01 }, speed).duration, 0);
+});
+
+test("a plan's strokes begin where the pen comes down, and each sample knows its ink", () => {
+  const plan = {
+    times: Float32Array.from([0, 1, 2, 3, 4, 5, 6]), points: Int16Array.from([0, 0, 1, 0, 2, 0, 3, 0, 4, 0, 5, 0, 6, 0]), unit: 1, dof: 0,
+    joints: new Float32Array(0), line: Int32Array.from([-1, 0, 0, 0, -1, 1, -1]), draws: Uint8Array.from([0, 0, 1, 1, 0, 1, 0]),
+  };
+  const { timeline, lines, inkAt } = fromPlan(plan);
+  assert.deepEqual([...lines.offsets], [0, 3, 5]);
+  assert.deepEqual([...lines.points], [1, 0, 2, 0, 3, 0, 4, 0, 5, 0]);
+  assert.deepEqual([...inkAt], [0, 0, 2, 3, 3, 5, 5]);
+  assert.deepEqual([0.5, 1.5, 2.5, 3.5, 4.5, 5.5].map((time) => timeline.at(time).down), [false, true, true, false, true, false]);
+  assert.deepEqual([...fromPlan({ ...plan, draws: new Uint8Array(7) }).lines.offsets], [0]);
 });

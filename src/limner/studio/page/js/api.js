@@ -27,6 +27,21 @@ export async function ask(path, how = {}) {
 }
 
 /**
+ * Fetches a file, and has the browser save it; an error is told in the server's words instead of saved.
+ * @param {string} path
+ * @param {string} name
+ */
+export async function download(path, name) {
+  const answer = await fetch(path, { credentials: "same-origin" });
+  if (!answer.ok) throw new Refused((await answer.json().catch(() => ({}))).error ?? `limner answered ${answer.status}`, answer.status);
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(await answer.blob());
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+/**
  * @param {string} path
  * @param {any} value
  */

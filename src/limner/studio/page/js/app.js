@@ -1,6 +1,6 @@
 // What the person does goes in; the state that every screen shows comes out, kept in step with the server.
 
-import { ask, Refused, sendPhoto, tell } from "./api.js";
+import { ask, download, Refused, sendPhoto, tell } from "./api.js";
 import { Connection } from "./socket.js";
 import { createStore } from "./store.js";
 import { toast } from "./toast.js";
@@ -19,11 +19,11 @@ const WANTS = {
   face: ["preview", "refinements"],
   choose: ["preview", "candidates"],
   adjust: ["preview"],
-  watch: ["preview"],
-  send: ["preview"],
+  watch: ["preview", "plan"],
+  send: ["preview", "plan"],
 };
 
-const EMPTY = { preview: null, candidates: [], refinements: [], drawingError: "" };
+const EMPTY = { preview: null, candidates: [], refinements: [], drawingError: "", found: null, plan: null, planError: "" };
 
 /** The person's photo, face, settings and what became of them. */
 export class App {
@@ -33,8 +33,15 @@ export class App {
     this.store = createStore({
       .../** @type {any} */ (EMPTY),
       screen: "photo", photo: null, face: 0, points: null, placing: false, settings: {}, loading: false, trouble: null,
-      drawing: false, online: false, job: null, recents: [], revision: 0,
+      drawing: false, online: false, job: null, queue: null, robot: "", recents: [], revision: 0,
     });
+    /** @type {Point[] | null} the landmarks of the last wish, and the first wish that had them */
+    this.wished = null;
+    this.pointsRevision = 0;
+    /** @type {{same: string, kept: any} | null} the drawing that the server keeps */
+    this.kept = null;
+    /** @type {string[]} what the last wish wanted */
+    this.wanted = [];
     this.connection = new Connection("ws", {
       message: (message, frame) => this._received(message, frame),
       state: (online) => (this.set({ online }), online && this.wish()),
@@ -58,17 +65,20 @@ export class App {
   /** Called when a screen is shown: asks for what it needs and does not have. @param {string} screen */
   entered(screen) {
     this.set({ screen });
-    const missing = { choose: !this.state.candidates.length, face: !this.state.refinements.length }[screen];
+    const missing = { choose: !this.state.candidates.length, face: !this.state.refinements.length, watch: !this.state.plan, send: !this.state.plan }[screen];
     if (missing || !this.state.preview?.final) this.wish();
   }
 
-  /** Asks the server for drawings of what is set now. */
-  wish() {
+  /** Asks the server for drawings of what is set now. @param {string[]} [only] instead of what the screen needs */
+  wish(only) {
     const { photo, face, points, settings, screen, placing } = this.state;
     if (!photo || placing || !(photo.faces.length || points)) return;
-    const want = WANTS[/** @type {keyof WANTS} */ (screen)] ?? ["preview"];
-    const revision = this.connection.send({ photo: photo.photo, face, settings, points_px: points, want });
-    const stale = { ...(want.includes("candidates") && { candidates: [] }), ...(want.includes("refinements") && { refinements: [] }) };
+    const want = only ?? WANTS[/** @type {keyof WANTS} */ (screen)] ?? ["preview"];
+    const revision = this.connection.send({ photo: photo.photo, face, settings, points_px: points, want, ...(want.includes("plan") && { plan: this.drawer }) });
+    const stale = { ...(want.includes("plan") && { plan: null, planError: "" }), ...(want.includes("candidates") && { candidates: [] }), ...(want.includes("refinements") && { refinements: [] }) };
+    if (points !== this.wished) this.pointsRevision = revision;
+    this.wished = points;
+    this.wanted = want;
     this.set({ revision, drawing: true, drawingError: "", ...stale });
   }
 
@@ -102,19 +112,19 @@ export class App {
 
   /** Landmarks by hand, or null for those that were found. @param {Point[] | null} points */
   setPoints(points) {
-    this.set({ points, placing: false, candidates: [] });
+    this.set({ points, placing: false, candidates: [], plan: null });
     this.wish();
   }
 
   /** @returns {Point[] | null} the landmarks that are drawn by */
   get landmarks() {
-    const { points, preview, photo, face } = this.state;
-    return points ?? preview?.report.points_px ?? photo?.faces[face]?.points_px ?? null;
+    const { points, found, photo, face } = this.state;
+    return points ?? found ?? photo?.faces[face]?.points_px ?? null;
   }
 
   /** @param {Record<string, any>} settings */
   setSettings(settings) {
-    this.set({ settings, candidates: [] });
+    this.set({ settings, candidates: [], plan: null });
     this.wish();
   }
 
@@ -123,7 +133,7 @@ export class App {
     const { candidates } = this.state;
     const screen = this.state.screen;
     const chosen = { ...this.state.settings, style: this.usual("style"), refine: this.usual("refine"), ...settings };
-    this.set({ settings: chosen, screen: "adjust" });
+    this.set({ settings: chosen, screen: "adjust", plan: null });
     this.wish();
     this.set({ candidates, screen });
   }
@@ -165,12 +175,20 @@ export class App {
   /** @param {any} message @param {import("./frames.js").Frame | null} frame */
   _received(message, frame) {
     if (message.type === "job") return this.set({ job: message });
+    if (message.type === "queue") return this.set({ queue: message });
     if (message.type === "error") return this._failed(message);
     if (message.rev > this.state.revision || message.rev < this._least(message)) return undefined;
+    if (message.type === "plan") return this.set({ plan: { ...message.plan, joints_named: message.plan?.joints, joints: undefined, ...frame?.plan }, planError: message.error ?? "" });
     const drawn = frame && drawnFrom(message, frame);
-    if (message.type === "preview") this.set({ preview: drawn, drawing: !message.final, drawingError: "" });
+    if (message.type === "preview") this._previewed(message, drawn);
     else this._variant(message, drawn);
     return undefined;
+  }
+
+  /** @param {any} message @param {Drawn | null} drawn */
+  _previewed(message, drawn) {
+    const placed = this.state.points === null && message.rev >= this.pointsRevision;
+    this.set({ preview: drawn, drawing: !message.final, drawingError: "", ...(placed && { found: message.report.points_px }) });
   }
 
   /** A preview that is late is still newer than what is shown; of candidates only the latest count. @param {any} message */
@@ -185,13 +203,54 @@ export class App {
     const list = this.state[key].slice();
     list[message.place] = { ...message, ...drawn };
     list.length = message.of;
-    this.set({ [key]: list });
+    this.set({ [key]: list, ...(message.place === message.of - 1 && { drawing: false }) });
   }
 
   /** @param {any} message */
   _failed({ error, rev }) {
     if (rev !== undefined && rev !== this.state.revision) return;
+    // What cannot be drawn one way may be drawn another.
+    if (this.wanted.includes("candidates") && this.wanted.length > 1) {
+      this.wish(["candidates"]);
+      return;
+    }
     this.set({ drawing: false, drawingError: error });
+  }
+
+  /** Has the server keep the drawing as it is set now, and tells its name. @returns {Promise<any>} */
+  async keep() {
+    const { photo, face, points, settings } = this.state;
+    const wish = { photo: photo.photo, face, points_px: points, settings };
+    const same = JSON.stringify(wish);
+    if (this.kept?.same !== same) {
+      const kept = await this.command("api/drawing", wish);
+      this.kept = kept && { same, kept };
+    }
+    return this.kept?.kept ?? null;
+  }
+
+  /** Saves the drawing as a file. @param {string} format @param {string} [query] @returns {Promise<boolean>} */
+  async save(format, query = "") {
+    const kept = await this.keep();
+    if (!kept) return false;
+    try {
+      await download(`api/export/${kept.drawing}.${format}${query}`, `portrait.${format}`);
+      return true;
+    } catch (error) {
+      toast(error instanceof Error ? error.message : String(error));
+      return false;
+    }
+  }
+
+  /** Who is to draw: a machine by its name, or an arm. @returns {{machine: string} | {robot: string}} */
+  get drawer() {
+    return this.state.robot ? { robot: this.state.robot } : { machine: this.value("machine") };
+  }
+
+  /** Another arm, or none: a plotter draws. @param {string} robot */
+  setRobot(robot) {
+    this.set({ robot, plan: null, planError: "" });
+    this.wish();
   }
 
   /** Sends a command about the machine. @param {string} path @param {any} value */

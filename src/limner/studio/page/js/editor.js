@@ -104,6 +104,13 @@ export class Editor {
     return this.canvas.width / Math.max(1, this.element.clientWidth);
   }
 
+  /** Where a landmark is on the screen [px of the window]. @param {number} index */
+  screenOf(index) {
+    const box = this.element.getBoundingClientRect();
+    const [x, y] = toScreen(this.view ?? { scale: 1, x: 0, y: 0 }, this.points[index]);
+    return [box.left + x / this.ratio, box.top + y / this.ratio];
+  }
+
   /** @param {number} index */
   shown(index) {
     return this.visible.has(partOf(index).key);

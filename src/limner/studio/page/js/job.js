@@ -1,19 +1,22 @@
-// A job of the machine goes in; what it does, in words, and what one may do now, come out.
+// A job of the machine goes in; what it does, in words, comes out.
 
-/** @typedef {{state: string, share?: number, stroke?: number, strokes?: number, elapsed_s?: number, left_s?: number, error?: string, target?: string}} Job */
+/** @typedef {{state: string, may: string[], drawing: string | null, target: string, name: string, strokes: number, stroke: number, share: number, seconds: number, elapsed_s: number, left_s: number, frame_only: boolean, error: string | null, said: string, mine: boolean}} Job */
 
 const WORDS = new Map([
-  ["idle", "ready"], ["framing", "tracing the frame"], ["running", "drawing"], ["pausing", "pausing"], ["paused", "paused"], ["cancelling", "stopping"],
-  ["cancelled", "stopped"], ["done", "done"], ["error", "failed"], ["lost", "connection lost"], ["connecting", "connecting"],
+  ["idle", "Ready"], ["connecting", "Connecting"], ["running", "Drawing"], ["pausing", "Pausing"], ["paused", "Paused"], ["cancelling", "Stopping"],
+  ["cancelled", "Stopped"], ["done", "Done"], ["error", "Failed"], ["lost", "Connection lost"], ["interrupted", "Interrupted"],
 ]);
-const BUSY = new Set(["connecting", "framing", "running", "pausing", "paused", "cancelling", "lost"]);
-const MAY = new Map([
-  ["running", ["pause", "cancel"]], ["pausing", ["cancel"]], ["paused", ["resume", "cancel"]], ["framing", ["cancel"]], ["lost", ["resume", "cancel"]], ["connecting", ["cancel"]],
+const BUSY = new Set(["connecting", "running", "pausing", "paused", "cancelling"]);
+const HELP = new Map([
+  ["pausing", "It pauses when the pen is lifted next."], ["paused", "The pen is up. It goes on where it was."], ["cancelling", "The pen is being raised."],
+  ["cancelled", "The pen is up. It can go on where it was, or begin anew."], ["done", "Take the sheet off and sign it."],
+  ["error", "Going on draws the stroke in doubt once more."], ["lost", "Look after the machine and its cable; then it can go on."],
+  ["interrupted", "limner ended in the middle of it. It can go on at the right stroke."],
 ]);
 
 /** @param {Job} job */
 export function stateWords(job) {
-  return WORDS.get(job.state) ?? job.state;
+  return job.state === "running" && job.frame_only ? "Going round the frame" : WORDS.get(job.state) ?? job.state;
 }
 
 /** Whether the machine has work. @param {Job | null} job */
@@ -21,7 +24,12 @@ export function busy(job) {
   return Boolean(job && BUSY.has(job.state));
 }
 
-/** @param {Job} job @param {"pause" | "resume" | "cancel"} action */
-export function may(job, action) {
-  return MAY.get(job.state)?.includes(action) ?? false;
+/** Whether there is a job at all: one that is done or was stopped is, until it is cleared. @param {Job | null} job */
+export function there(job) {
+  return Boolean(job && job.state !== "idle");
+}
+
+/** What the state means for the person. @param {Job} job */
+export function helpWords(job) {
+  return job.error ?? HELP.get(job.state) ?? job.said;
 }

@@ -3,6 +3,7 @@
 import { connect } from "./app.js";
 import { h, put } from "./dom.js";
 import { takeDrops } from "./drops.js";
+import { there } from "./job.js";
 import { saveDialog } from "./parts/save.js";
 import { jobPill } from "./parts/pill.js";
 import { adjustScreen } from "./screens/adjust.js";
@@ -32,7 +33,7 @@ function begun({ state }) {
 
 /** @param {import("./app.js").App} app @param {string} name @returns {Screen} */
 function allowed(app, name) {
-  if (name === "send" && app.state.job) return "send";
+  if (name === "send" && there(app.state.job)) return "send";
   return name in SCREENS && begun(app) ? /** @type {Screen} */ (name) : "photo";
 }
 
@@ -75,6 +76,8 @@ function router(app) {
 async function start() {
   themeButton(/** @type {HTMLButtonElement} */ (document.getElementById("theme")));
   const app = await connect();
+  // For whoever looks from the browser's console, and for the tests.
+  Object.assign(globalThis, { limnerApp: app });
   steps(app);
   takeDrops(app);
   jobPill(app);

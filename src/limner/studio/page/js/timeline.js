@@ -77,6 +77,35 @@ export function estimate(lines, { draw, travel, lift }) {
   return new Timeline(times, points, down, unit);
 }
 
+/**
+ * The timeline of a plan, the strokes as its samples draw them, and how many of their points there are at each sample.
+ * @param {import("./frames.js").Plan} plan
+ * @returns {{timeline: Timeline, lines: Lines, inkAt: Uint32Array}}
+ */
+export function fromPlan({ times, points, unit, line, draws }) {
+  const samples = times.length;
+  const [ends, kept] = [[0], /** @type {number[]} */ ([])];
+  const inkAt = new Uint32Array(samples);
+  const down = new Uint8Array(samples);
+  let stroke = -1;
+  for (let i = 0; i < samples; i += 1) {
+    if (draws[i] && i) {
+      down[i - 1] = 1;
+      // A stroke begins at the sample before the first that draws.
+      if (line[i] !== stroke) {
+        if (kept.length) ends.push(kept.length / 2);
+        kept.push(points[2 * i - 2], points[2 * i - 1]);
+        stroke = line[i];
+      }
+      kept.push(points[2 * i], points[2 * i + 1]);
+    }
+    inkAt[i] = kept.length / 2;
+  }
+  if (kept.length) ends.push(kept.length / 2);
+  const lines = { offsets: Uint32Array.from(ends), points: Int16Array.from(kept), unit };
+  return { timeline: new Timeline(times, points, down, unit), lines, inkAt };
+}
+
 /** @param {Float32Array | Float64Array} times @param {number} time */
 function search(times, time) {
   let low = 0;

@@ -1,18 +1,113 @@
-// The arm that is to draw: chosen here, shown from above or in 3-D; what it cannot reach is red.
+// Who is to draw is chosen here; an arm is shown drawing, from above or in 3-D, and what it cannot reach is said.
 
-import { h } from "../dom.js";
+import { ask } from "../api.js";
+import { AboveView } from "../above.js";
+import { h, put } from "../dom.js";
+import { percent } from "../format.js";
 
-/** @param {import("../app.js").App} app */
-export function armPart(app) {
-  const view = h("div", { hidden: true });
-  const element = h("section", { hidden: true });
-  void app;
-  return {
-    element, view,
-    /** @type {Set<number> | undefined} */
-    unreachable: undefined,
-    onchange: () => {},
-    show: (/** @type {number} */ _time, /** @type {any} */ _pen) => {},
-    close: () => {},
+/** @typedef {import("../app.js").App} App */
+/** @typedef {import("../ink.js").Lines} Lines */
+
+/** Plotter or arm. @param {App} app */
+export function drawerPart(app) {
+  const { machines, robots } = app.options;
+  const option = (/** @type {string} */ kind) => (/** @type {any} */ { name }) => h("option", { value: `${kind}:${name}` }, name);
+  const select = h("select", { id: "drawer", onchange: () => take(select.value) },
+    h("optgroup", { label: "Plotters" }, machines.map(option("machine"))), h("optgroup", { label: "Arms" }, robots.map(option("robot"))));
+  const take = (/** @type {string} */ value) => {
+    const [kind, name] = value.split(":");
+    if (kind === "machine") app.change({ machine: name });
+    app.setRobot(kind === "robot" ? name : "");
   };
+  const said = h("div", { role: "status", class: "stack tight small" });
+  const stop = app.store.watch(["robot", "settings", "plan", "planError"], ({ robot, plan, planError }) => {
+    select.value = robot ? `robot:${robot}` : `machine:${app.value("machine")}`;
+    said.replaceChildren(...words(plan, planError, robot));
+  });
+  const element = h("section", { "aria-labelledby": "drawn-by" }, h("div", { class: "row apart" }, h("h2", { id: "drawn-by" }, h("label", { for: "drawer" }, "Drawn by")), select), said);
+  return { element, close: stop };
+}
+
+/** @param {any} plan @param {string} error @param {string} robot */
+function words(plan, error, robot) {
+  if (error) return [h("div", { class: "note bad" }, h("p", {}, error), plan?.unreachable?.length ? h("p", {}, "What is red cannot be reached.") : null)];
+  if (!plan) return [h("p", { class: "row quiet" }, h("span", { class: "spinner" }), "Planning the motion…")];
+  if (!robot) return [];
+  return [h("p", { class: "quiet" }, `Joints stay ${plan.margin_deg?.toFixed(0)}° within their limits; ${percent(plan.velocity_used)} of their speed and ${percent(plan.acceleration_used)} of their acceleration are used.`)];
+}
+
+/** The arm over the stage. @param {App} app */
+export function armView(app) {
+  const above = new AboveView();
+  const room = h("div", { class: "arm3d", hidden: true });
+  const element = h("div", { class: "sheet armview", hidden: true }, above.element, room);
+  const views = [["sheet", "Sheet"], ["above", "From above"], ["space", "3-D"]].map(([key, name]) => h("button", { type: "button", "data-view": key, onclick: () => look(key) }, name));
+  const said = h("p", { class: "small quiet", role: "status" });
+  const panel = h("section", { hidden: true, "aria-labelledby": "view-title" }, h("h2", { id: "view-title" }, "View"), h("div", { class: "segmented", role: "group", "aria-label": "View" }, views), said);
+  let view = "sheet";
+  /** @type {any} */
+  let space = null;
+  /** @type {any} */
+  let plan = null;
+  /** @type {Lines | null} */
+  let lines = null;
+  /** @type {any} */
+  let robot = null;
+  let last = /** @type {any[] | null} */ (null);
+
+  const look = (/** @type {string} */ key) => {
+    view = key;
+    views.forEach((button) => put(button, "aria-pressed", String(button.dataset.view === key)));
+    element.hidden = key === "sheet" || !robot || !plan?.joints;
+    above.element.hidden = key !== "above";
+    room.hidden = key !== "space";
+    said.textContent = "";
+    if (key === "space") enterSpace();
+    if (last) show(...last);
+  };
+  const enterSpace = async () => {
+    if (space || !robot) return;
+    said.textContent = "Loading the 3-D view…";
+    try {
+      const { Space } = await import("../../built/arm3d.js");
+      space = new Space(room, await (await fetch(`api/robot/${robot.name}.urdf`)).text());
+      said.textContent = "Drag to turn, scroll to come nearer.";
+      if (plan) space.setPlan(plan, lines, app.state.preview?.page);
+      if (last) show(...last);
+    } catch {
+      said.textContent = "The 3-D view is not in this installation: run make studio-3d (it needs npm), or look from above.";
+      look3dMissing();
+    }
+  };
+  const look3dMissing = () => {
+    view = "above";
+    above.element.hidden = false;
+    room.hidden = true;
+    views.forEach((button) => put(button, "aria-pressed", String(button.dataset.view === "above")));
+  };
+  const show = (/** @type {any} */ pen, /** @type {number} */ ink) => {
+    last = [pen, ink];
+    if (element.hidden || !plan?.joints) return;
+    const at = (/** @type {number} */ k) => plan.joints[pen.sample * plan.dof + k];
+    const next = Math.min(pen.sample + 1, plan.times.length - 1);
+    const q = Array.from({ length: plan.dof }, (_, k) => at(k) + pen.share * (plan.joints[next * plan.dof + k] - at(k)));
+    if (view === "above") above.show(q, ink);
+    else space?.show(q, ink);
+  };
+  const setPlan = async (/** @type {any} */ next, /** @type {Lines} */ drawn) => {
+    const name = app.state.robot;
+    panel.hidden = !name;
+    [plan, lines] = [next?.joints?.length ? next : null, drawn];
+    if (!name || !plan) return look("sheet");
+    if (robot?.name !== name) {
+      robot = await ask(`api/robot/${name}.json`);
+      space?.close();
+      space = null;
+      if (view === "sheet") view = "above";
+    }
+    above.setPlan(robot, plan, drawn, app.state.preview?.page);
+    space?.setPlan(plan, drawn, app.state.preview?.page);
+    return look(view);
+  };
+  return { element, panel, show, plan: setPlan, close: () => (above.close(), space?.close()) };
 }

@@ -23,7 +23,7 @@ export function budget(app) {
   const machine = h("select", { id: "machine", onchange: () => app.change({ machine: machine.value }) },
     app.options.machines.map((/** @type {any} */ { name }) => h("option", { value: name }, name)));
   const said = h("output", { for: "budget" });
-  const slider = h("input", { id: "budget", type: "range", min: 0, max: 1, step: 0.005, "aria-labelledby": "budget-title", oninput: () => slide() });
+  const slider = h("input", { id: "budget", type: "range", min: 0, max: 1, step: 0.005, oninput: () => slide() });
   const ends = h("div", { class: "ends", "aria-hidden": "true" });
   const field = h("div", { class: "field" }, h("div", { class: "head" }, h("label", { for: "budget" }, "At most"), said), slider, ends);
   const buttons = [["all", "Everything"], ["minutes", "Minutes"], ["points", "Points"]].map(([kind, name]) =>

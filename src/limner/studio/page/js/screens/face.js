@@ -44,10 +44,9 @@ function editing(app) {
     buttons.redo.disabled = !history.canRedo;
     app.setPoints(history.at === 0 && !app.state.photo.byHand ? null : points);
   };
-  const stop = app.store.watch(["preview", "refinements", "points"], ({ preview, points, refinements }) => {
-    const found = points ?? preview?.report.points_px;
+  const stop = app.store.watch(["found", "refinements"], ({ found, points, refinements }) => {
     // What was corrected by the server is where undo ends.
-    if (!points && found && history.at === 0 && !editor.drag) {
+    if (!points && found && history.versions.length === 1 && !editor.drag) {
       history = new History(found);
       editor.show(found);
     }
@@ -106,6 +105,7 @@ function screen(app, editor, tools, panel, stop) {
     tool("Smaller", ICONS.minus, () => editor.zoom(0.8)), tool("Larger", ICONS.plus, () => editor.zoom(1.25)), tool("The whole face", ICONS.fit, () => editor.frame()));
   const view = h("div", { class: "view" }, editor.element, h("div", { class: "overlay" }, notes(app)), bar);
   const element = h("div", { class: "split screen" }, h("div", { class: "stage" }, view), h("div", { class: "panel" }, panel));
+  Object.assign(globalThis, { limnerEditor: editor });
   return { element, close: () => (stop(), editor.close()) };
 }
 

@@ -1,0 +1,249 @@
+"""The studio's page in a real browser: what a person does with mouse, keys and camera, and what it then shows."""
+
+from __future__ import annotations
+
+import pytest
+
+import browsers
+import studios
+
+pytestmark = pytest.mark.slow
+SCREENS = ("Photo", "Face", "Choose", "Adjust", "Watch", "Send")
+
+
+@pytest.fixture(scope="module")
+def server():
+    with studios.serving() as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    film = browsers.camera_film(tmp_path_factory.mktemp("camera") / "face.mjpeg")
+    with browsers.chromium(film) as browser:
+        yield browser
+
+
+@pytest.fixture
+def visit(server, browser):
+    visit = browsers.Visit(browser, server.url)
+    yield visit
+    visit.context.close()
+    assert visit.complaints == []
+
+
+@pytest.fixture
+def drawn(visit):
+    """A tab in which a photo has been drawn."""
+    visit.choose_photo(studios.face_jpeg())
+    visit.page.locator(".card .facts").first.wait_for()
+    return visit
+
+
+def figure(visit, name):
+    """A figure under the sheet."""
+    return visit.page.locator(".figures div", has_text=name).locator("dd").inner_text()
+
+
+def ink(visit, selector=".stage .sheet canvas:nth-child(2)"):
+    """How many pixels of the sheet have ink."""
+    script = """selector => {
+        const canvas = document.querySelector(selector);
+        const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+        let count = 0;
+        for (let i = 3; i < data.length; i += 4) count += data[i] > 40;
+        return count;
+    }"""
+    return visit.page.evaluate(script, selector)
+
+
+def test_from_the_camera_to_candidates(visit):
+    page = visit.page
+    page.get_by_role("button", name="Use the camera").click()
+    page.get_by_role("button", name="Take the photo").click()
+    page.get_by_role("button", name="Take another").click()
+    page.get_by_role("button", name="Take the photo").click()
+    page.get_by_role("button", name="Use this photo").click()
+    page.get_by_role("heading", name="Which one is it?").wait_for()
+    page.locator(".card .facts").nth(1).wait_for()
+    second = page.get_by_role("button", pressed=False).filter(has=page.locator(".facts")).first
+    name = second.locator(".name").inner_text().split("\n")[0]
+    second.click()
+    page.get_by_role("button", name=name, pressed=True).wait_for()
+    page.get_by_role("link", name="Go on with this one").click()
+    page.get_by_role("button", name=name, exact=True, pressed=True).wait_for()
+    assert int(figure(visit, "Strokes")) > 10
+
+
+def test_a_landmark_is_dragged_nudged_and_brought_back(drawn):
+    page = drawn.page
+    drawn.go("Face")
+    editor = page.get_by_role("application")
+    before = drawn.until("() => limnerApp.landmarks?.slice()")
+    undo, redo = page.get_by_role("button", name="Undo"), page.get_by_role("button", name="Redo")
+    assert undo.is_disabled()
+    # Where the tip of the nose is shown.
+    x, y = drawn.until("() => limnerEditor.screenOf(30)")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 24, y + 10, steps=4)
+    page.mouse.up()
+    after = page.evaluate("() => limnerApp.landmarks")
+    assert after[30][0] > before[30][0] + 1
+    assert after[:30] + after[31:] == before[:30] + before[31:]
+    page.keyboard.press("Shift+ArrowLeft")
+    nudged = page.evaluate("() => limnerApp.landmarks")
+    assert nudged[30] == pytest.approx([after[30][0] - 10, after[30][1]])
+    page.keyboard.press("Control+z")
+    assert page.evaluate("() => limnerApp.landmarks[30]") == pytest.approx(after[30])
+    undo.click()
+    assert page.evaluate("() => limnerApp.landmarks") == before
+    assert undo.is_disabled()
+    redo.click()
+    assert page.evaluate("() => limnerApp.landmarks[30]") == pytest.approx(after[30])
+    page.get_by_role("button", name="Reset all").click()
+    assert page.evaluate("() => limnerApp.landmarks") == before
+    editor.focus()
+    page.keyboard.press(".")
+    assert " of 68: " in page.get_by_role("status").filter(has_text="of 68").inner_text()
+
+
+def test_a_correction_is_compared_and_taken(drawn):
+    drawn.go("Face")
+    corrections = drawn.page.locator(".picks button:enabled")
+    corrections.first.wait_for()
+    before = drawn.page.evaluate("() => limnerApp.landmarks")
+    corrections.filter(has_text="As they were found").click()
+    assert drawn.page.evaluate("() => limnerApp.landmarks") != before
+    drawn.page.get_by_role("button", name="Undo").click()
+    assert drawn.page.evaluate("() => limnerApp.landmarks") == before
+
+
+def test_sliders_budget_and_settings_change_the_drawing(drawn):
+    page = drawn.page
+    drawn.go("Adjust")
+    drawn.until("() => limnerApp.state.preview?.final")
+    points = int(figure(drawn, "Points"))
+    page.get_by_role("button", name="Points", exact=True).click()
+    page.get_by_role("slider", name="At most").fill("0.15")
+    drawn.until(f"() => limnerApp.state.preview.final && limnerApp.state.preview.report.points < {points}")
+    assert int(figure(drawn, "Points")) < points
+    page.get_by_role("button", name="Everything").click()
+    page.get_by_role("slider", name="Shading").fill("1")
+    drawn.until(f"() => limnerApp.state.preview.report.points > {2 * points}")
+    page.get_by_text("Every setting").click()
+    page.get_by_role("searchbox", name="Search all settings").fill("hair apart")
+    field = page.get_by_role("textbox", name="hair apart")
+    field.fill("7")
+    field.press("Enter")
+    assert page.locator(".wrong:not(:empty)").inner_text() == "at most 1"
+    field.fill("0.2")
+    field.press("Enter")
+    drawn.until("() => limnerApp.state.settings['portrait.hair_apart'] === 0.2")
+    page.get_by_role("button", name="As it was").click()
+    drawn.until(f"() => limnerApp.state.preview.final && limnerApp.state.preview.report.points === {points}")
+
+
+def test_ink_appears_as_the_replay_goes_on_and_goes_when_it_goes_back(drawn):
+    page = drawn.page
+    drawn.until("() => limnerApp.state.preview?.final")
+    drawn.go("Watch")
+    page.get_by_role("button", name="Pause").click()
+    time = page.get_by_role("slider", name="Time")
+    seen = []
+    for share in ("0", "0.3", "0.7", "1"):
+        time.fill(share)
+        seen.append(ink(drawn))
+    assert seen[0] < 60 < seen[1] < seen[2] < seen[3]
+    time.fill("0.3")
+    assert ink(drawn) == pytest.approx(seen[1], rel=0.03)
+    page.get_by_label("Moves of the lifted pen").check()
+    assert ink(drawn) > seen[1]
+    time.fill("1")
+    page.get_by_role("button", name="64×").click()
+    page.get_by_role("button", name="Play").click()
+    drawn.until("() => limnerPlayer.time >= limnerPlayer.duration")
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"no picture at all", "no picture"),
+        (studios.face_jpeg()[:300], ""),
+        (studios.moving(), "animation"),
+        (b"", ""),
+    ],
+    ids=["text", "cut off", "moving", "empty"],
+)
+def test_a_bad_photo_is_refused_in_words_and_another_can_be_given(visit, data, says):
+    visit.choose_photo(data)
+    note = visit.page.get_by_role("alert")
+    assert says in note.inner_text()
+    assert len(note.inner_text()) > 15
+    visit.complaints[:] = [text for text in visit.complaints if "Failed to load resource" not in text]
+    visit.choose_photo(studios.face_jpeg())
+    visit.page.locator(".card .facts").first.wait_for()
+
+
+def test_without_a_face_the_landmarks_are_placed_by_hand(visit):
+    page = visit.page
+    visit.choose_photo(studios.picture(size=(400, 500)))
+    page.get_by_role("button", name="Place the landmarks by hand").click()
+    visit.until("() => limnerEditor?.points.length === 68")
+    x, y = visit.until("() => limnerEditor.screenOf(8)")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y + 30, steps=3)
+    page.mouse.up()
+    page.get_by_role("button", name="That is the face").click()
+    # An even grey has no lines of its own: only the splines through the landmarks can be drawn.
+    page.locator(".card", has_text="Splines").locator(".facts").wait_for()
+
+
+def test_two_people_do_not_see_each_others_photos(server, browser, drawn):
+    other = browsers.Visit(browser, server.url)
+    photo = drawn.page.evaluate("() => limnerApp.state.photo.url")
+    assert other.page.evaluate("url => fetch(url).then(answer => answer.status)", photo) == 404
+    assert drawn.page.evaluate("url => fetch(url).then(answer => answer.status)", photo) == 200
+    assert other.page.evaluate("() => limnerApp.state.photo") is None
+    other.context.close()
+
+
+@pytest.mark.parametrize("how", [{"color_scheme": "light"}, {"color_scheme": "dark"}], ids=["light", "dark"])
+def test_every_screen_is_accessible(server, browser, how):
+    visit = browsers.Visit(browser, server.url, **how)
+    assert visit.violations() == []
+    visit.choose_photo(studios.face_jpeg())
+    visit.page.locator(".card .facts").nth(2).wait_for()
+    for screen in SCREENS:
+        visit.go(screen)
+        visit.page.wait_for_timeout(300)
+        if screen == "Adjust":
+            visit.page.get_by_text("Every setting").click()
+        assert visit.violations() == [], screen
+    visit.page.get_by_role("button", name="Save").click()
+    assert visit.violations() == [], "saving"
+    assert visit.complaints == []
+    visit.context.close()
+
+
+def test_the_whole_way_by_keys_on_a_narrow_calm_screen(server, browser):
+    visit = browsers.Visit(browser, server.url, reduced_motion="reduce")
+    visit.page.set_viewport_size({"width": 375, "height": 740})
+    assert ink(visit, ".easel canvas:nth-child(2)") > 500, "the example is drawn at once for whoever wants no movement"
+    visit.page.keyboard.press("Tab")
+    visit.page.keyboard.press("Enter")
+    visit.choose_photo(studios.face_jpeg())
+    visit.page.locator(".card .facts").nth(1).wait_for()
+    wide = "() => document.documentElement.scrollWidth <= innerWidth"
+    for screen in SCREENS:
+        visit.go(screen)
+        visit.page.wait_for_timeout(200)
+        assert visit.page.evaluate(wide), f"{screen} is wider than the screen"
+    visit.go("Choose")
+    visit.page.locator(".card:has(.facts)").nth(1).focus()
+    visit.page.keyboard.press("Enter")
+    visit.page.locator(".card[aria-pressed=true]").nth(0).wait_for()
+    visit.go("Watch")
+    assert visit.page.get_by_role("button", name="Play").is_visible()
+    visit.context.close()
