@@ -8,7 +8,7 @@ import browsers
 import studios
 
 pytestmark = pytest.mark.slow
-SCREENS = ("Photo", "Face", "Choose", "Adjust", "Watch", "Send")
+SCREENS = ("Photo", "Face", "Choose", "Adjust", "Watch")
 
 
 @pytest.fixture(scope="module")
