@@ -56,14 +56,25 @@ def route(robot, motion):
 def arm(robot, route, tmp_path):
     """Draw on a fake; gives the fake, where it ended, and where the journal stands."""
 
-    def run(control=None, watch=lambda place, waits: None, resume=False, q=None, settings=None, silence_s=5.0, **kind):
+    def run(
+        control=None,
+        watch=lambda place, waits: None,
+        resume=False,
+        q=None,
+        settings=None,
+        silence_s=5.0,
+        host="127.0.0.1",
+        **kind,
+    ):
         control = control or Control()
         lines = route.lines_mm()
         journal = Journal(tmp_path / "j", Drawing(lines, ("face",) * DRAWN, np.ones(DRAWN)), resume=resume)
-        fake = FakeUr(robot.pose("safe") if q is None else q, robot.lower, robot.upper, robot.velocity, **kind)
+        fake = FakeUr(
+            robot.pose("safe") if q is None else q, robot.lower, robot.upper, robot.velocity, host=host, **kind
+        )
         try:
             with fake:
-                ur = Ur("127.0.0.1", fake.port, route, settings or UrSettings(), silence_s=silence_s)
+                ur = Ur(host, fake.port, route, settings or UrSettings(), silence_s=silence_s)
 
                 def draw(place):
                     return Place(place.stroke + ur.draw(place.stroke, lambda: control.stop))
@@ -128,6 +139,15 @@ def test_a_fake_draws_all_without_a_breach(arm, robot, route, way):
         assert np.allclose(moves.q[[0, -1]], part.q[[0, -1]], atol=1e-7)
         if way == "servoj":
             assert np.abs(moves.q - part.at(moves.t_s)).max() < 1e-6
+
+
+def test_a_host_may_have_the_newer_kind_of_address(arm):
+    try:
+        socket.create_server(("::1", 0), family=socket.AF_INET6).close()
+    except OSError:
+        pytest.skip("no IPv6 here; run: sysctl net.ipv6.conf.lo.disable_ipv6=0")
+    fake, ended, _ = arm(host="::1")
+    assert (fake.breaches, ended) == ([], Place(DRAWN))
 
 
 def test_it_begins_from_wherever_the_arm_is(arm, robot):
@@ -195,7 +215,9 @@ def test_a_host_that_refuses_or_is_unknown_is_named(route):
             Ur(host, port, route, UrSettings()).open()
 
 
-@pytest.mark.parametrize("text", ["ur:", "ur:a b", "ur:h:x", "ur:h:0", "ur:h:70000", "grbl:h", "ur"])
+@pytest.mark.parametrize(
+    "text", ["ur:", "ur:a b", "ur:h:x", "ur:h:0", "ur:h:70000", "ur:fd00::10", "ur:[host]", "grbl:h", "ur"]
+)
 def test_what_is_no_host_is_refused(text):
     with pytest.raises(BadInput, match="ur:HOST"):
         parse_host(text)
@@ -204,6 +226,8 @@ def test_what_is_no_host_is_refused(text):
 def test_hosts_are_read():
     assert parse_host("ur:arm.local") == ("arm.local", 30002)
     assert parse_host("ur:10.0.0.2:30003") == ("10.0.0.2", 30003)
+    assert parse_host("ur:[fd00::10]") == ("fd00::10", 30002)
+    assert parse_host("ur:[fe80::1%eth0]:30003") == ("fe80::1%eth0", 30003)
 
 
 def test_the_fake_finds_breaches(robot):
@@ -266,6 +290,7 @@ def test_the_command_draws_on_a_fake(run, tmp_path):
         (["m.npz", "--robot", "dumbo", "--to", "fake:", "--yes"], 4, "for the joints"),
         (["altered.npz", "--robot", "ur5e", "--to", "fake:", "--yes"], 4, "trajectory"),
         (["m.npz", "--robot", "ur5e", "--to", "ur:127.0.0.1:9", "--yes"], 5, "refuses the connection"),
+        (["m.npz", "--robot", "ur5e", "--to", "ur:no-such-host.invalid", "--yes"], 5, "is known; nothing has moved"),
         (["m.npz", "--to", "ur:127.0.0.1", "--yes"], 2, "--robot"),
     ],
 )

@@ -24,7 +24,7 @@ _LIFT = re.compile(
     r"stopj\(2\)\nmovel\(pose_trans\(get_actual_tcp_pose\(\), p\[0, 0, -[\d.]+, 0, 0, 0\]\), a=0.5, v=0.1\)\n"
 )
 _TALKING = re.compile(
-    r'if not socket_open\("([\d.]+)", (\d+), "limner"\):\nhalt\nend\n'
+    r'if not socket_open\("([\da-f.:]+)", (\d+), "limner"\):\nhalt\nend\n'
     r'socket_send_line\("(\w+) begun", "limner"\)\n(.*)'
     r'socket_send_line\(str_cat\("\3 done ", to_str\(get_actual_joint_positions\(\)\)\), "limner"\)\n'
     r'socket_close\("limner"\)\n',
@@ -64,6 +64,7 @@ class FakeUr:
         *,
         fault: str = "",
         program: int = -1,
+        host: str = "127.0.0.1",
     ) -> None:
         """A fake at rest.
 
@@ -74,13 +75,14 @@ class FakeUr:
             velocity: (6,) limits of speed.
             fault: one of ``UR_FAULTS``.
             program: number of the one with which it happens.
+            host: address of the loopback, of either kind.
         """
         self.q, self._limits = q, (lower, upper, velocity)
         self._fault, self._program = fault, program
         self.done: list[Moves] = []
         self.breaches: list[str] = []
         self.lifts = self.programs = 0
-        self._server = socket.create_server(("127.0.0.1", 0))
+        self._server = socket.create_server((host, 0), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
         self.port = int(self._server.getsockname()[1])
         self._ends: dict[socket.socket, bytes] = {}
         self._running: _Running | None = None

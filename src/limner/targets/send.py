@@ -11,7 +11,7 @@ import numpy as np
 from limner import geometry
 from limner.errors import DeviceFailed
 from limner.targets.journal import Journal, Place, runs_from
-from limner.targets.target import Device, Target
+from limner.targets.target import Device, NotConnected, Target
 from limner.types import Drawing
 
 LOOK_S = 0.05
@@ -104,6 +104,8 @@ def drive(
             journal.begin(journal.place)
             journal.reached(draw(journal.place))
         device.home()
+    except NotConnected:
+        raise
     except DeviceFailed as error:
         raise DeviceFailed(f"{error}; {_after(device, journal, strokes)}") from error
     except BaseException:

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
+from limner.errors import DeviceFailed
 from limner.types import Floats, JointTrajectory
+
+
+class NotConnected(DeviceFailed):
+    """There is no way to the machine: it was told nothing, and nobody needs to ask where its pen is."""
 
 
 class Device(Protocol):

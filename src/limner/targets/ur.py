@@ -14,7 +14,7 @@ import numpy as np
 
 from limner.errors import BadInput, DeviceFailed
 from limner.targets import urscript
-from limner.targets.target import Route
+from limner.targets.target import NotConnected, Route
 from limner.targets.urscript import UrSettings
 from limner.types import Floats, JointTrajectory
 
@@ -32,18 +32,18 @@ _OFF_RAD = 0.02
 
 
 def parse_host(text: str) -> tuple[str, int]:
-    """Host and port of ``ur:HOST`` or ``ur:HOST:PORT``.
+    """Host and port of ``ur:HOST`` or ``ur:HOST:PORT``; an IPv6 address stands in brackets.
 
     Raises:
         BadInput: it is neither.
     """
-    found = re.fullmatch(r"ur:([^:\s/]+)(?::(\d{1,5}))?", text)
-    if not found or not 0 < int(found[2] or PORT) < 65536:
+    found = re.fullmatch(r"ur:(?:\[([\da-fA-F:.]+(?:%\w+)?)\]|([^:\s/\[\]]+))(?::(\d{1,5}))?", text)
+    if not found or not 0 < int(found[3] or PORT) < 65536:
         raise BadInput(
-            f"--to {text}: expected ur:HOST or ur:HOST:PORT (such as ur:192.168.0.10),"
+            f"--to {text}: expected ur:HOST or ur:HOST:PORT (such as ur:192.168.0.10 or ur:[fd00::10]),"
             " rosbridge:ws://HOST:PORT/TOPIC, or fake:"
         )
-    return found[1], int(found[2] or PORT)
+    return found[1] or found[2], int(found[3] or PORT)
 
 
 class Ur:
@@ -54,7 +54,7 @@ class Ur:
     """
 
     def __init__(self, host: str, port: int, route: Route, settings: UrSettings, silence_s: float = SILENCE_S) -> None:
-        self.name = f"{host}:{port}"
+        self.name = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
         self._address, self._route, self._settings, self._silence_s = (host, port), route, settings, silence_s
         self._control: socket.socket | None = None
         self._listener: socket.socket | None = None
@@ -66,9 +66,13 @@ class Ur:
         """Connect, and ask where the arm is; nothing moves.
 
         Raises:
+            NotConnected: likewise, before anything was told to the arm.
             DeviceFailed: there is no such host, it refuses or does not answer.
         """
-        self._connect()
+        try:
+            self._connect()
+        except DeviceFailed as error:
+            raise NotConnected(f"{error}; nothing has moved") from error
         self._run([], 0.0)
 
     def draw(self, index: int, stopping: Callable[[], bool]) -> bool:
@@ -115,7 +119,8 @@ class Ur:
         try:
             self._control = socket.create_connection(self._address, timeout=self._silence_s)
             # The arm reaches us where we reach it from.
-            self._listener = socket.create_server((self._control.getsockname()[0], 0))
+            ours = self._control.getsockname()
+            self._listener = socket.create_server((ours[0], 0, *ours[2:]), family=self._control.family)
         except OSError as error:
             raise DeviceFailed(f"{self.name}: {_why(error)}") from error
 
