@@ -33,8 +33,9 @@ class PlaceSettings(SettingsGroup):
         None, "turn of the tool about the pen; not set: whatever suits best", unit="deg", low=-360, high=360
     )
     lean_deg: float = setting(0.0, "the pen may lean up to this from upright, for reach", unit="deg", low=0, high=45)
+    tries: int = setting(6, "places that are compared by the time the arm takes there", low=1, high=100)
     swing_deg: float = setting(
-        6.0,
+        8.0,
         "the pen leans by up to this towards the middle of the drawing, so that the hand moves less than the pen;"
         " 0: the same everywhere, as in the thesis",
         unit="deg",
@@ -110,7 +111,9 @@ def _reach(robot: Robot) -> tuple[Floats, float]:
     return centre, float(steps + np.where(robot.prismatic, np.maximum(abs(robot.lower), abs(robot.upper)), 0).sum())
 
 
-def candidates(size_mm: tuple[float, float], reach: ReachMap, best: int = 12, share: float = 1.0) -> list[Placement]:
+def candidates(
+    size_mm: tuple[float, float], reach: ReachMap, best: int = 12, share: float = 1.0, apart_m: float = 0.0
+) -> list[Placement]:
     """Places of a sheet, the one with the widest margins over all its area first.
 
     Args:
@@ -119,6 +122,7 @@ def candidates(size_mm: tuple[float, float], reach: ReachMap, best: int = 12, sh
         best: so many of them.
         share: of the sheet's sides that the margins are looked at over, from its middle; a pen that leans towards
             the middle is led by a hand that moves less.
+        apart_m: least distance of their middles.
     """
     found: list[tuple[float, Placement]] = []
     step = float(reach.x_m[1] - reach.x_m[0])
@@ -127,14 +131,25 @@ def candidates(size_mm: tuple[float, float], reach: ReachMap, best: int = 12, sh
         width, height = size_mm if across[0] else size_mm[::-1]
         need_x, need_y = (math.ceil(share * side / 2000 / step) for side in (width, height))
         worst = _window_minimum(reach.margin, need_y, need_x)
-        for k, s, iz, iy, ix in _best(worst, best):
+        for k, s, iz, iy, ix in _best(worst, 10 * best):
             centre = (reach.x_m[ix], reach.y_m[iy], reach.z_m[iz])
             flat = Placement.flat(centre, size_mm, float(turn), float(reach.spin_rad[s]))
             towards = float(_towards(np.array(centre), reach.arm_m)) - float(turn)
             placed = Placement(flat.base_from_paper, flat.spin_rad - float(turn), float(reach.lean_rad[k]), towards)
             found.append((float(worst[k, s, iz, iy, ix]) - 0.5 * float(reach.lean_rad[k]), placed))
     found.sort(key=lambda pair: -pair[0])
-    return [placed for _, placed in found[:best]]
+    return _apart([placed for _, placed in found], size_mm, apart_m)[:best]
+
+
+def _apart(placements: list[Placement], size_mm: tuple[float, float], apart_m: float) -> list[Placement]:
+    """Those whose middle is far enough from that of all before them that lie the same way round."""
+    kept: list[Placement] = []
+    for placed in placements:
+        near = (one for one in kept if np.allclose(one.base_from_paper[:3, :3], placed.base_from_paper[:3, :3]))
+        middle = placed.points_m(np.array(size_mm) / 2)
+        if all(np.linalg.norm(one.points_m(np.array(size_mm) / 2) - middle) >= apart_m for one in near):
+            kept.append(placed)
+    return kept
 
 
 def _window_minimum(margin: Floats, half_y: int, half_x: int) -> Floats:

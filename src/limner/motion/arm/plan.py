@@ -25,6 +25,9 @@ from limner.types import Drawing, Floats, JointTrajectory
 _SHARES = (1.0, 0.75, 0.5)
 """Of the sheet that is looked at when a place is sought; a leaning pen may get farther than the map tells."""
 
+_APART_M = 0.1
+"""Between places that are compared."""
+
 
 @dataclass(frozen=True)
 class ArmSettings(SettingsGroup):
@@ -136,7 +139,7 @@ class _Search:
         problem: CannotDraw | None = None
         for share in _SHARES:
             try:
-                return self._first(places.candidates(self.size_mm, reach, share=share))
+                return self._fastest(places.candidates(self.size_mm, reach, share=share, apart_m=_APART_M))
             except CannotDraw as error:
                 problem = problem or error
         width, height = self.size_mm
@@ -155,6 +158,33 @@ class _Search:
             return self._first([placed])
         except CannotDraw as error:
             raise CannotDraw(f"{error}{self._nearest(placed)}") from error
+
+    def _fastest(self, tried: list[Placement]) -> tuple[Placement, Floats]:
+        found: list[tuple[float, Placement, Floats]] = []
+        # Arms without a closed form take too long to look around.
+        wanted = self.settings.tries if self.arm.quick else 1
+        problem: CannotDraw | None = None
+        for placed in tried:
+            if len(found) == wanted:
+                break
+            try:
+                there, q = self._first([placed])
+            except CannotDraw as error:
+                problem = problem or error
+                continue
+            found.append((self._seconds(q), there, q))
+        if not found:
+            raise problem or CannotDraw("place: nowhere to try")
+        _, there, q = min(found, key=lambda one: one[0])
+        return there, q
+
+    def _seconds(self, q: Floats) -> float:
+        """About how long it takes: each piece as if it asked as much of the joints everywhere as on average."""
+        asked = (np.abs(np.diff(q, axis=0)) / self.robot.acceleration).max(1)
+        drawing = sum(2 * np.sqrt(asked[a:b].sum()) for a, b in self.path.pieces())
+        safe = self.robot.poses.get(SAFE)
+        ways = 0.0 if safe is None else sum((np.abs(end - safe) / self.robot.velocity).max() for end in (q[0], q[-1]))
+        return float(drawing + ways)
 
     def _first(self, tried: list[Placement]) -> tuple[Placement, Floats]:
         problem = CannotDraw("place: nowhere to try")
