@@ -19,7 +19,7 @@ from limner.simulation.outcome import distance_mm, follow, simulate
 from limner.simulation.render import _cast
 from limner.simulation.settings import FaultSettings, SimulationSettings
 from limner.simulation.sheet import Sheet, find_sheet
-from limner.simulation.thesis import STIFF_PRESS_MM, thesis_motion, upright
+from limner.simulation.thesis import STIFF_PRESS_MM, thesis_motion
 from limner.types import Drawing, Page, Pen
 
 pytest.importorskip("mujoco", reason="pip install 'limner[robot]'")
@@ -183,7 +183,7 @@ def test_harder_is_wider():
 
 def test_the_thesis_way_leaves_gaps_or_trails_and_ours_neither(go, drawing):
     ours = go(**faulty(repeat_mm=1))
-    orientation = upright(ours.robot.forward(ours.trajectory.q[ours.trajectory.down][0])[:3, :3], ours.sheet)
+    orientation = ours.robot.forward(ours.trajectory.q[ours.trajectory.down][0])[:3, :3]
 
     def theirs(stiff, press_mm):
         motion = thesis_motion(ours.plan_mm, ours.sheet, orientation, ours.robot, press_mm)

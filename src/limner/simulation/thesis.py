@@ -39,7 +39,7 @@ def beside_the_thesis(made: Simulation, pen: Pen) -> Picture:
     """
     settings = made.settings.replace(fault=FaultSettings(repeat_mm=MISS_MM, seed=made.settings.fault.seed))
     down = made.trajectory.q[made.trajectory.down][0]
-    orientation = upright(made.robot.forward(down)[:3, :3], made.sheet)
+    orientation = made.robot.forward(down)[:3, :3]
 
     def theirs(stiff: bool, press_mm: float) -> Simulation:
         motion = thesis_motion(made.plan_mm, made.sheet, orientation, made.robot, press_mm)
@@ -53,7 +53,7 @@ def beside_the_thesis(made: Simulation, pen: Pen) -> Picture:
     return to_sheet([Tile(overlay_picture(one, pen), title, _told(one)) for title, one in tiles], 3, 540)
 
 
-def upright(orientation: Floats, sheet: Sheet) -> Floats:
+def _upright(orientation: Floats, sheet: Sheet) -> Floats:
     """The orientation (3, 3) nearest to one, of a pen that stands upright on a sheet."""
     pen, down = orientation[:, 2], -sheet.base_from_paper[:3, 2]
     about = np.cross(pen, down)
@@ -78,7 +78,7 @@ def thesis_motion(
     Args:
         plan_mm: strokes (n, 2) in the paper frame, by index.
         sheet: where it is taken to lie.
-        orientation: (3, 3) of the pen in the base frame.
+        orientation: (3, 3) of the pen in the base frame; it is held upright otherwise like this.
         robot: that moves.
         press_mm: how far below the sheet the tip is led.
 
@@ -94,7 +94,7 @@ def thesis_motion(
         stroke += [-1, -1, *[index] * (len(points) - 1)]
     places.append(places[-1][-1:] + np.array([0, 0, LIFT_MM]))
     stroke.append(-1)
-    tips = transforms.transform(orientation, sheet.points_m(np.concatenate(places)))
+    tips = transforms.transform(_upright(orientation, sheet), sheet.points_m(np.concatenate(places)))
     q, _ = inverse(robot).follow(tips)
     if q is None:
         raise CannotDraw("simulate: the thesis's way to these points cannot be reached")
