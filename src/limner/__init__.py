@@ -75,7 +75,13 @@ if TYPE_CHECKING:
         gabor_edges as gabor_edges,
         gabor_pyramid_edges as gabor_pyramid_edges,
     )
-    from limner.vision.lines import STYLES as STYLES, draw_lines as draw_lines, edges_to_strokes as edges_to_strokes
+    from limner.vision.lines import (
+        PICTURES as PICTURES,
+        STYLES as STYLES,
+        draw_lines as draw_lines,
+        draw_picture as draw_picture,
+        edges_to_strokes as edges_to_strokes,
+    )
     from limner.vision.photo import crop_photo as crop_photo, load_photo as load_photo
     from limner.vision.scale import to_working_scale as to_working_scale
     from limner.vision.skeleton import skeletonize as skeletonize
@@ -107,7 +113,7 @@ _HOMES = {
     "limner.units": "parse_length_mm parse_page parse_time_s",
     "limner.vision.completion": "complete",
     "limner.vision.edges": "canny_edges gabor_edges gabor_pyramid_edges",
-    "limner.vision.lines": "STYLES draw_lines edges_to_strokes",
+    "limner.vision.lines": "PICTURES STYLES draw_lines draw_picture edges_to_strokes",
     "limner.vision.photo": "crop_photo load_photo",
     "limner.vision.scale": "to_working_scale",
     "limner.vision.skeleton": "skeletonize",

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from limner import __version__, storage, units
 from limner.drawing.clean import CleanSettings, clean
@@ -37,7 +38,7 @@ from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
 from limner.vision.landmarks import DetectSettings, choose, detect
 from limner.vision.likeness.candidates import AUTO, AUTO_STYLES, Candidate, best, candidate
 from limner.vision.likeness.model import shipped_likeness
-from limner.vision.lines import MEASURED, STYLES, LineSettings, draw_lines
+from limner.vision.lines import MEASURED, PICTURES as PICTURES, STYLES, LineSettings, draw_lines, draw_picture
 from limner.vision.photo import Box, Source, crop_photo, load_photo
 from limner.vision.quality import photo_notes
 from limner.vision.refine import BEST, NONE, REFINEMENTS, RefineSettings, refine
@@ -138,6 +139,14 @@ class Portrait:
     def photo_notes(self) -> tuple[str, ...]:
         """What is wrong with the photo and what helps, one line each; computed when first asked for."""
         return photo_notes(self.photo, self.face)
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The photo as the style pictures it in colours: (H, W, 3) sRGB.
+
+        Raises:
+            BadInput: the style has no picture.
+        """
+        return draw_picture(self.photo, self.face, self.settings.style, self.settings)
 
     def svg(self) -> bytes:
         """The drawing as SVG, settings and version inside."""

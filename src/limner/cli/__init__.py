@@ -21,6 +21,7 @@ COMMANDS = {
     "face": ("limner.cli.face", "Find the faces in a photo and their landmarks."),
     "compare": ("limner.cli.compare", "Draw a photo in every style, side by side on one sheet."),
     "batch": ("limner.cli.batch", "Draw many photos, on this machine or on a cluster."),
+    "film": ("limner.cli.film", "Make a cartoon of a film or of what a camera sees."),
     "plan": ("limner.cli.plan", "Tell how long a machine draws, and show it."),
     "simulate": ("limner.cli.simulate", "Let a simulated robot arm draw, with physics and faults."),
     "send": ("limner.cli.send", "Draw on a plotter or with an arm."),

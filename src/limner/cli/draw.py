@@ -12,6 +12,7 @@ from limner import pipeline, storage
 from limner.cli import options
 from limner.errors import BadInput, CannotDraw
 from limner.pipeline import Settings
+from limner.targets.image import encode_png
 from limner.vision.likeness.candidates import why
 
 
@@ -24,6 +25,11 @@ from limner.vision.likeness.candidates import why
     metavar="FILE",
     help=f"Where to: {', '.join(pipeline.FORMATS)}, - for SVG on stdout; may be repeated. Default: the photo's name"
     " as .svg.",
+)
+@click.option(
+    "--picture",
+    metavar="FILE",
+    help=f"Write the picture in colours, a .png, too; of the styles {', '.join(pipeline.PICTURES)}.",
 )
 @click.option("--refuse-bad", is_flag=True, help="Draw nothing from a bad photo (blurred, dark, covered, ...).")
 @click.option("--robot", metavar="NAME", help="With --simulate: the arm that draws. Default: dumbo.")
@@ -46,6 +52,7 @@ def draw(
     crop: tuple[int, int, int, int] | None,
     number: int | None,
     out: tuple[str, ...],
+    picture: str | None,
     refuse_bad: bool,
     robot: str | None,
     simulation: str | None,
@@ -60,6 +67,10 @@ def draw(
     settings = options.chosen_settings(ctx, Settings, save_settings)
     if robot and not simulation:
         raise BadInput("--robot is for --simulate DIR; name the folder that its results go to")
+    if picture is not None:
+        options.check_suffix(picture, ".png")
+        if settings.style not in pipeline.PICTURES:
+            raise BadInput(f"--picture: style '{settings.style}' has none; choose {' or '.join(pipeline.PICTURES)}")
     outs = out or (default_out(photo),)
     for path in outs:
         if path != "-":
@@ -69,6 +80,9 @@ def draw(
         raise CannotDraw(f"{photo}: {portrait.photo_notes[0]}")
     for path in outs:
         write(portrait, path)
+    if picture is not None:
+        storage.write_whole(picture, encode_png(portrait.picture()))
+        outs = (*outs, picture)
     for note in portrait.photo_notes:
         click.echo(f"note: {note}", err=True)
     if portrait.candidates:

@@ -19,12 +19,14 @@ from limner import pipeline
 from limner.evaluate import machines
 from limner.pipeline import Settings
 from limner.types import Face, Photo
+from limner.vision.cartoon.film import cartoon_frames
 from limner.vision.landmarks.fmp.inference import search
 from limner.vision.landmarks.fmp.matlab import import_matlab
-from limner.vision.lines import MEASURED
+from limner.vision.lines import MEASURED, PICTURES
 
 SMALL_PX = (640, 480)
 LARGE_PX = (4000, 3000)
+TALL_PX = (640, 800)
 TALL_PX = (640, 800)
 
 
@@ -76,6 +78,7 @@ def measure_speed(photo: Photo, runs: int = 5, models: Path | None = None) -> It
         median = _median_ms(partial(pipeline.draw, small, settings, face=face), runs)
         yield Row(f"draw, face given, {style}, 640x480", median, "ms", goal)
     yield from _tonal(framed(photo, TALL_PX), runs)
+    yield from _pictures(photo, small, runs)
     for name, picture in (("640x480", small), ("12 megapixels", large)):
         goal = 250.0 if picture is small else 600.0
         yield Row(f"find faces, {name}", _median_ms(partial(pipeline.find_faces, picture), runs), "ms", goal)
@@ -93,6 +96,24 @@ def _tonal(photo: Photo, runs: int) -> Iterator[Row]:
         settings = pipeline.changed(Settings(style=style), {"points": 3000})
         median = _median_ms(partial(pipeline.draw, photo, settings, face=face), runs, time.process_time)
         yield Row(f"draw, face given, {style}, 3000 points, 640x800, CPU", median, "ms", 5000.0)
+
+
+def _pictures(photo: Photo, small: Photo, runs: int) -> Iterator[Row]:
+    """The styles that have a picture in colours, and a frame of a film."""
+    frame = partial(_one_frame, small)
+    yield Row("limner film, a frame of 640x480", _median_ms(frame, runs), "ms", 100.0)
+    tall = framed(photo, TALL_PX)
+    face = pipeline.find_faces(tall)[0]
+    for style in PICTURES:
+        portrait = pipeline.draw(tall, face=face, style=style)
+        yield Row(f"picture, {style}, 640x800", _median_ms(portrait.picture, runs), "ms", 5000.0)
+        work = partial(pipeline.draw, tall, Settings(style=style), face=face)
+        yield Row(f"draw, face given, {style}, 640x800", _median_ms(work, runs), "ms", 5000.0)
+
+
+def _one_frame(photo: Photo) -> None:
+    for _ in cartoon_frames(iter([photo.rgb]), Settings().cartoon.abstraction):
+        pass
 
 
 def _plotters(photo: Photo, face: Face) -> Iterator[Row]:

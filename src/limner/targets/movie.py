@@ -70,8 +70,8 @@ def to_mp4(drawing: Drawing, path: PenPath, seconds: float) -> bytes:
     return encode_mp4(frames(drawing, path, seconds, rate), rate)
 
 
-def encode_mp4(pictures: Iterator[NDArray[np.uint8]], rate: int) -> bytes:
-    """Pictures (H, W, 3) RGB, at least one, as MP4; the last one stays for a while.
+def encode_mp4(pictures: Iterator[NDArray[np.uint8]], rate: float, hold_s: float = HOLD_S) -> bytes:
+    """Pictures (H, W, 3) RGB, at least one, as MP4; the last one stays for ``hold_s``.
 
     Raises:
         BadInput: this OpenCV cannot write MP4.
@@ -88,7 +88,7 @@ def encode_mp4(pictures: Iterator[NDArray[np.uint8]], rate: int) -> bytes:
         last = picture
         for last in itertools.chain([picture], pictures):
             writer.write(np.ascontiguousarray(last[:height, :width, ::-1]))
-        for _ in range(round(HOLD_S * rate)):
+        for _ in range(round(hold_s * rate)):
             writer.write(np.ascontiguousarray(last[:height, :width, ::-1]))
         writer.release()
         return storage.read_bytes(file)

@@ -25,18 +25,21 @@ from typing import Any, Self
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from limner.errors import BadInput
 from limner.settings import SettingsGroup, group, setting
 from limner.stages import Stages
 from limner.types import EdgeMap, Face, Photo, Strokes
+from limner.vision.cartoon.settings import CartoonSettings
+from limner.vision.cartoon.style import abstracted, cartoon_edges, cartoon_strokes, with_features
 from limner.vision.completion import NONE, CompletionSettings, complete, names_of
 from limner.vision.edges import EXTRACTORS, CannySettings, GaborPyramidSettings, GaborSettings
 from limner.vision.figure import FigureSettings, find_figure
 from limner.vision.portrait import PortraitSettings, look_at, portrait_strokes
 from limner.vision.raster import Image
 from limner.vision.regions import RegionSettings, regions_and_weights
-from limner.vision.scale import ScaleSettings, Working, apply, to_working_scale
+from limner.vision.scale import ScaleSettings, Working, apply, scaled, to_working_scale
 from limner.vision.skeleton import skeletonize
 from limner.vision.spline_style import SplinesSettings, spline_strokes
 from limner.vision.tonal.ink import InkSettings, wanted_ink
@@ -60,6 +63,7 @@ class LineSettings(SettingsGroup):
     ink: InkSettings = group(InkSettings)
     stipple: StippleSettings = group(StippleSettings)
     one_line: OneLineSettings = group(OneLineSettings)
+    cartoon: CartoonSettings = group(CartoonSettings)
     trim: TrimSettings = group(TrimSettings)
     trace: TraceSettings = group(TraceSettings)
     regions: RegionSettings = group(RegionSettings)
@@ -110,7 +114,23 @@ def _dots(style: str, photo: Photo, face: Face, settings: LineSettings, stages: 
     return _in_photo(strokes, working, photo)
 
 
+def _cartoon(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
+    working = stages("scale", to_working_scale, photo, face, settings.scale)
+    figure = stages("figure", find_figure, working.photo, working.face, settings.figure)
+    made = stages("abstracted", abstracted, working.photo, working.face, settings.cartoon)
+    edges = stages("edges", cartoon_edges, made, figure, settings.cartoon)
+    traced = edges_to_strokes(edges, working.face, settings, stages)
+    # The features are drawn by who knows them; what frames them by the picture's own edges.
+    look = stages("seen", look_at, working.photo, settings.portrait.flow)
+    known = stages("portrait", portrait_strokes, look, working.face, figure, settings.portrait, settings.regions)
+    lines = stages("joined", with_features, traced, known)
+    seen = (working.photo, working.face, figure)
+    strokes = stages("cartoon", cartoon_strokes, made, lines, seen, settings.cartoon, settings.regions)
+    return _in_photo(strokes, working, photo)
+
+
 OWN_WAYS: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
+    "cartoon": _cartoon,
     "portrait": _portrait,
     "splines": _splines,
 }
@@ -121,6 +141,14 @@ MEASURED: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
     "one-line": partial(_dots, "one-line"),
 }
 """Styles made to measure; of ``one-line`` the dots, which are joined on the page."""
+
+PICTURES: dict[str, Callable[[Photo, Face, LineSettings], NDArray[np.uint8]]] = {
+    "cartoon": lambda photo, face, settings: abstracted(photo, face, settings.cartoon).rgb(),
+}
+"""Styles that have a picture in colours, too."""
+
+LARGEST_PICTURE_PX = 1600
+"""Longer side of such a picture at most."""
 
 STYLES = (*EXTRACTORS, *OWN_WAYS, *MEASURED)
 """Named ways from a photo and a face to strokes."""
@@ -151,6 +179,26 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings, sta
     strokes = way(photo, face, settings, stages)
     strokes = stages("complete", complete, strokes, face, settings.complete, settings.completion, settings.regions)
     return strokes if settings.tone.level == NO_TONE else _shaded(strokes, photo, face, settings, stages)
+
+
+def draw_picture(photo: Photo, face: Face, style: str, settings: LineSettings) -> NDArray[np.uint8]:
+    """The picture in colours (H, W, 3) of a style that has one.
+
+    Args:
+        photo: any size; a large one is made smaller.
+        face: in it.
+        style: one of ``PICTURES``.
+        settings: of the style.
+
+    Raises:
+        BadInput: the style has none.
+    """
+    if style not in PICTURES:
+        raise BadInput(f"style: '{style}' has no picture in colours; choose from {', '.join(PICTURES)}")
+    scale = min(1.0, LARGEST_PICTURE_PX / max(photo.size_px))
+    if scale < 1:
+        photo, face = scaled(photo, face, scale)
+    return PICTURES[style](photo, face, settings)
 
 
 def _shaded(strokes: Strokes, photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:

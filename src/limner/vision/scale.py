@@ -76,6 +76,16 @@ def to_working_scale(photo: Photo, face: Face, settings: ScaleSettings) -> Worki
     return Working(Photo(rgb.reshape(size[1], size[0], 3)), _moved(face, photo_from_working), photo_from_working)
 
 
+def scaled(photo: Photo, face: Face, scale: float) -> tuple[Photo, Face]:
+    """All of a photo and its face in about another size."""
+    width, height = photo.size_px
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    how = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
+    rgb = np.asarray(cv2.resize(photo.rgb, size, interpolation=how), np.uint8)
+    back = _resize_map(width / size[0], height / size[1], 0, 0)
+    return Photo(rgb.reshape(size[1], size[0], 3)), _moved(face, back)
+
+
 def apply(affine: Floats, points: Floats) -> Floats:
     """Points (n, 2) through a (2, 3) affine map."""
     mapped: Floats = points @ affine[:, :2].T + affine[:, 2]
