@@ -108,8 +108,9 @@ def made_within_time(
         spent = clock.seconds(found[0])
         if spent <= limit_s:
             low = count
-            if best is None or spent > best[0]:
-                best = spent, found
+            if best is not None and spent <= best[0]:  # more is not to be had
+                break
+            best = spent, found
             if spent >= _ENOUGH * limit_s:
                 break
         else:

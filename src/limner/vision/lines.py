@@ -43,6 +43,7 @@ from limner.vision.scale import ScaleSettings, Working, apply, scaled, to_workin
 from limner.vision.skeleton import skeletonize
 from limner.vision.spline_style import SplinesSettings, spline_strokes
 from limner.vision.tonal.ink import InkSettings, wanted_ink
+from limner.vision.tonal.scribble import ScribbleSettings, scribble
 from limner.vision.tonal.stipple import OneLineSettings, StippleSettings, stipple
 from limner.vision.tone import NONE as NO_TONE, ToneSettings, hatch
 from limner.vision.trace import TraceSettings, trace
@@ -64,6 +65,7 @@ class LineSettings(SettingsGroup):
     stipple: StippleSettings = group(StippleSettings)
     one_line: OneLineSettings = group(OneLineSettings)
     cartoon: CartoonSettings = group(CartoonSettings)
+    scribble: ScribbleSettings = group(ScribbleSettings)
     trim: TrimSettings = group(TrimSettings)
     trace: TraceSettings = group(TraceSettings)
     regions: RegionSettings = group(RegionSettings)
@@ -129,6 +131,13 @@ def _cartoon(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -
     return _in_photo(strokes, working, photo)
 
 
+def _scribble(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
+    working, ink = _wanted(photo, face, settings, stages)
+    seen = stages("seen", look_at, working.photo, settings.portrait.flow)
+    strokes = stages("scribble", scribble, ink, seen, working.face, settings.scribble, settings.regions)
+    return _in_photo(strokes, working, photo)
+
+
 OWN_WAYS: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
     "cartoon": _cartoon,
     "portrait": _portrait,
@@ -139,6 +148,7 @@ OWN_WAYS: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
 MEASURED: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
     "stipple": partial(_dots, "stipple"),
     "one-line": partial(_dots, "one-line"),
+    "scribble": _scribble,
 }
 """Styles made to measure; of ``one-line`` the dots, which are joined on the page."""
 
