@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 
@@ -33,10 +34,18 @@ class Server:
         base: without.
     """
 
-    def __init__(self, *arguments, cwd=None):
+    def __init__(self, *arguments, cwd=None, state=None):
+        self._passing = tempfile.TemporaryDirectory() if state is None else None
+        environment = os.environ | {"XDG_STATE_HOME": str(state or self._passing.name)}
         command = [sys.executable, "-m", "limner", "studio", "--no-browser", "--json", *map(str, arguments)]
         self._process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=cwd, start_new_session=True
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=cwd,
+            start_new_session=True,
+            env=environment,
         )
         killer = threading.Timer(PATIENCE_S, self._process.kill)
         killer.start()
@@ -55,6 +64,7 @@ class Server:
         """As a power cut does."""
         self._process.send_signal(signal.SIGKILL)
         self._process.wait(PATIENCE_S)
+        self.close()
 
     def close(self):
         """End it as Ctrl-C does; its exit code and what it said to the terminal."""
@@ -69,12 +79,14 @@ class Server:
             _, err = self._process.communicate()
         self._process.stdout.close()
         self._process.stderr.close()
+        if self._passing is not None:
+            self._passing.cleanup()
         return self._process.returncode, err
 
 
 @contextlib.contextmanager
-def serving(*arguments, cwd=None):
-    server = Server(*arguments, cwd=cwd)
+def serving(*arguments, cwd=None, state=None):
+    server = Server(*arguments, cwd=cwd, state=state)
     try:
         yield server
     finally:

@@ -11,6 +11,8 @@ from websockets.exceptions import InvalidStatus
 import studios
 from limner.studio.app import build
 from limner.studio.guard import CSP
+from limner.studio.hub import Hub
+from limner.studio.jobs import Jobs
 from limner.studio.serve import names_of
 from limner.studio.studio import Studio
 from limner.studio.visitors import HeldPhoto, Visitors
@@ -36,15 +38,20 @@ class StillComputer:
         return {}
 
 
+def no_machine(order, file):
+    raise AssertionError("a machine was to move")
+
+
 class House:
     """A studio that is served, and where."""
 
-    def __init__(self, host):
-        self.names = names_of(host)
+    def __init__(self, host, folder):
+        self.names, self.folder = names_of(host), folder
 
     def build(self, port):
         self.port = port
-        self.studio = Studio(Visitors(port), StillComputer(), StillComputer(), {})
+        jobs = Jobs(self.folder / "job", no_machine, lambda: None)
+        self.studio = Studio(Visitors(port), StillComputer(), StillComputer(), {}, Hub(), jobs)
         return build(self.studio, TOKENS, self.names)
 
     @property
@@ -53,8 +60,8 @@ class House:
 
 
 @pytest.fixture(scope="module")
-def house():
-    house = House("127.0.0.1")
+def house(tmp_path_factory):
+    house = House("127.0.0.1", tmp_path_factory.mktemp("studio"))
     with studios.thread_serving(house.build) as house.base:
         yield house
 
@@ -145,8 +152,8 @@ def test_its_own_names_are_known(inside, host):
     assert inside.get("/api/photo/mine.jpg", headers={"host": host}).status_code == 200
 
 
-def test_listening_to_all_it_is_called_by_addresses_but_by_no_strange_name():
-    with studios.thread_serving(House("0.0.0.0").build) as base, httpx.Client(base_url=base) as client:
+def test_listening_to_all_it_is_called_by_addresses_but_by_no_strange_name(tmp_path):
+    with studios.thread_serving(House("0.0.0.0", tmp_path).build) as base, httpx.Client(base_url=base) as client:
         assert client.get("/", headers={"host": "192.168.0.7:8765"}).status_code == 401
         assert client.get("/", headers={"host": "evil.example:8765"}).status_code == 400
 

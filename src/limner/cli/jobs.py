@@ -15,6 +15,7 @@ from limner.motion.cost import seconds, stroke_begins
 from limner.motion.machine import Machine, load_machine
 from limner.motion.pen import plan
 from limner.pipeline import Settings
+from limner.simulation.device import SimulatedArm
 from limner.targets import joints, urscript
 from limner.targets.bridge import parse_bridge
 from limner.targets.connect import Wiring, connect, parse_address
@@ -23,11 +24,12 @@ from limner.targets.fake_ur import FakeUr
 from limner.targets.journal import Journal, Place
 from limner.targets.rosbridge import Rosbridge
 from limner.targets.send import Control, Watch, drive, send
+from limner.targets.simulated import parse_pace
 from limner.targets.target import Arm
 from limner.targets.ur import Ur, parse_host
 from limner.types import Drawing, Floats, PenPath
 
-MACHINE_OF = {"grbl": "grbl", "ebb": "axidraw"}
+MACHINE_OF = {"grbl": "grbl", "ebb": "axidraw", "sim": "axidraw"}
 """The profile of a board, unless --machine says another."""
 
 Run = Callable[[Journal, Control, Watch], Place]
@@ -92,11 +94,12 @@ def arm(motion: str, to: str, robot: str, settings: Settings) -> Job:
         BadInput: no address, robot or motion, or the arm has not six joints.
         CannotDraw: the motion is not for this arm, or exceeds its limits.
     """
+    pace = parse_pace(to) if to.startswith("sim:") else None
     bridge = parse_bridge(to) if to.startswith("rosbridge:") else None
-    host = None if bridge or to == "fake:" else parse_host(to)
+    host = None if bridge or pace or to == "fake:" else parse_host(to)
     mover = load_robot(robot)
     route = legs(joints.load(motion), mover, settings.arm.retime)
-    if bridge is None:
+    if bridge is None and pace is None:
         urscript.check_joints(mover.joints)
     each = route.seconds()
     lines = route.lines_mm()
@@ -105,6 +108,10 @@ def arm(motion: str, to: str, robot: str, settings: Settings) -> Job:
         if bridge is not None:
             arm = Rosbridge(bridge, route, settings.rosbridge, mover.joints, mover.base)
             return _drive(arm, route, journal, control, watch)
+        if pace is not None:
+            # The paper lies where this plan takes it to lie.
+            physics = settings.simulation.replace(press_mm=settings.arm.lift.press_mm)
+            return _drive(SimulatedArm(route, physics, pace), route, journal, control, watch)
         if host is not None:
             return _drive(Ur(*host, route, settings.ur), route, journal, control, watch)
         with FakeUr(route.motion.q[0], mover.lower, mover.upper, mover.velocity) as fake:

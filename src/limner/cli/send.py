@@ -38,7 +38,8 @@ _PLOTTER = {"--machine": "machine", "--fit": "shrink"}
     required=True,
     metavar="ADDRESS",
     help="grbl:PORT or ebb:PORT (an AxiDraw), ur:HOST (an arm of Universal Robots), rosbridge:ws://HOST:PORT/TOPIC (the"
-    " controller of an arm in ROS); fake: or fake:ebb to try.",
+    " controller of an arm in ROS); to try: sim: (simulated, at its own pace; sim:20 twenty times as fast), fake: or"
+    " fake:ebb.",
 )
 @click.option(
     "--robot",

@@ -5,9 +5,17 @@ from __future__ import annotations
 import json
 import webbrowser
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from limner.cli.jobs import Job
+    from limner.pipeline import Settings
+    from limner.studio.jobs import Order
+
+BAUD = 115_200
+"""Of serial ports, as ``limner send`` takes it."""
 
 
 @click.command(short_help="Open the studio: from a photo to the machine, in the browser.")
@@ -57,7 +65,7 @@ def studio(
         if not no_browser:
             webbrowser.open(address.url)
 
-    serve(_read(settings) if settings else {}, host, port, booth=booth, ready=ready)
+    serve(_read(settings) if settings else {}, make, host, port, booth=booth, ready=ready)
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -67,3 +75,31 @@ def _read(path: Path) -> dict[str, Any]:
     from limner.settings import read_toml
 
     return read_toml(Settings, read_text(path)).to_dict()
+
+
+def make(order: Order, file: str) -> Job:
+    """What draws an order of the studio's, as ``limner send`` does.
+
+    Args:
+        order: to whom, as what.
+        file: of the drawing, or of a robot's motion.
+
+    Raises:
+        LimnerError: why it cannot be drawn.
+    """
+    from limner.cli import jobs
+    from limner.pipeline import Settings
+
+    settings = Settings.from_dict(order.settings)
+    if order.robot:
+        return jobs.arm(file, order.to, order.robot, settings)
+    return jobs.plotter(file, order.to, order.machine, False, BAUD, raised(settings) if order.frame_only else settings)
+
+
+def raised(settings: Settings) -> Settings:
+    """Settings by which a lowered pen is as high as a raised one, to a step of its servo."""
+    gcode, ebb = settings.gcode, settings.ebb
+    servo = gcode.servo_up + (1 if gcode.servo_up < gcode.servo_down else -1)
+    return settings.replace(
+        gcode=gcode.replace(servo_down=servo, z_down_mm=gcode.z_up_mm - 0.01), ebb=ebb.replace(pen_down=ebb.pen_up)
+    )

@@ -21,11 +21,14 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from limner.errors import LimnerError
-from limner.studio import drawings, photos
+from limner.studio import drawings, machine, photos
+from limner.studio.computer import Computer
 from limner.studio.guard import Guard
+from limner.studio.hub import Hub, Listener
+from limner.studio.jobs import Jobs, Make, WrongState
 from limner.studio.live import Live
 from limner.studio.studio import NotThere, Studio
-from limner.studio.visitors import Visitor
+from limner.studio.visitors import Visitor, Visitors
 
 MESSAGE_BYTES = 2**18
 """A longer message of the WebSocket is refused."""
@@ -34,6 +37,27 @@ PAGE = Path(str(resources.files("limner.studio") / "page"))
 """The page's own files."""
 
 Handler = Callable[[Studio, Visitor, Request], Awaitable[Response]]
+
+
+def assembled(settings: dict[str, Any], make: Make, port: int, folder: Path, *, booth: bool) -> Studio:
+    """The parts of a server.
+
+    Args:
+        settings: of the tree, where the page says nothing.
+        make: from an order to what draws it.
+        port: of the server.
+        folder: for the job, ours alone.
+        booth: whether it is a booth.
+    """
+    hub = Hub()
+
+    def tell() -> None:
+        hub.tell("job", lambda visitor: {"type": "job"} | jobs.fields(visitor))
+
+    jobs = Jobs(folder / "job", make, tell)
+    tell()
+    computers = Computer(settings), Computer(settings, lazy=True)
+    return Studio(Visitors(port), *computers, settings, hub, jobs, booth)
 
 
 def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
@@ -54,6 +78,7 @@ def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
         finally:
             await studio.computer.close()
             await studio.planner.close()
+            await asyncio.to_thread(studio.jobs.abandon)
 
     def at(path: str, handler: Handler, *methods: str) -> Route:
         async def endpoint(request: Request) -> Response:
@@ -76,6 +101,11 @@ def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
         at("/api/export/{file}", drawings.export),
         at("/api/robot/{name}.json", drawings.robot),
         at("/api/robot/{name}.urdf", drawings.urdf),
+        at("/api/job", machine.job),
+        at("/api/job", machine.start, "POST"),
+        at("/api/job/check", machine.check, "POST"),
+        at("/api/job/{command}", machine.command, "POST"),
+        at("/api/targets", machine.targets),
         WebSocketRoute("/ws", functools.partial(_socket, studio=studio)),
         *([Mount("/", StaticFiles(directory=PAGE))] if PAGE.is_dir() else []),
     ]
@@ -95,7 +125,8 @@ async def _options(studio: Studio, visitor: Visitor, request: Request) -> Respon
 
 
 async def _limner_error(request: Request, error: LimnerError) -> Response:
-    status = 404 if isinstance(error, NotThere) else {2: 400, 3: 422, 4: 422, 5: 502}.get(error.exit_code, 500)
+    own = {NotThere: 404, WrongState: 409}
+    status = own.get(type(error)) or {2: 400, 3: 422, 4: 422, 5: 502}.get(error.exit_code, 500)
     return JSONResponse({"error": str(error)}, status)
 
 
@@ -113,8 +144,9 @@ async def _socket(socket: WebSocket, *, studio: Studio) -> None:
             if frame is not None:
                 await socket.send_bytes(frame)
 
-    live = Live(studio, socket.scope["visitor"], say)
-    running = asyncio.create_task(live.run())
+    live, listener = Live(studio, socket.scope["visitor"], say), Listener(socket.scope["visitor"], say)
+    running = asyncio.gather(live.run(), listener.run())
+    studio.hub.enter(listener)
     try:
         while not running.done():
             text = await socket.receive_text()
@@ -125,6 +157,7 @@ async def _socket(socket: WebSocket, *, studio: Studio) -> None:
     except (WebSocketDisconnect, KeyError):
         pass
     finally:
+        studio.hub.leave(listener)
         running.cancel()
         with contextlib.suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
             await running

@@ -110,10 +110,12 @@ class Desk:
             storage.from_npz(Drawing, npz), kind, self._settings(settings), by.get("machine"), by.get("robot")
         )
 
-    def motion(self, npz: bytes, robot: str, settings: dict[str, Any]) -> bytes:
-        """The motion of a robot's joints that draws a drawing."""
-        made = plans.trajectory(storage.from_npz(Drawing, npz), robot, self._settings(settings))
-        return storage.to_npz(made)
+    def prepared(self, npz: bytes, robot: str | None, settings: dict[str, Any], frame_only: bool) -> bytes:
+        """What is sent of a drawing: itself, or the motion of a robot's joints; or of the frame around it."""
+        drawing = storage.from_npz(Drawing, npz)
+        if robot is None:
+            return storage.to_npz(plans.frame_of(drawing)) if frame_only else npz
+        return storage.to_npz(plans.trajectory(drawing, robot, self._settings(settings), frame_only=frame_only))
 
     def robot(self, name: str) -> dict[str, Any]:
         """A robot as the page shows it."""
@@ -179,4 +181,5 @@ def drawing_report(drawing: Drawing, machine: str) -> dict[str, Any]:
         "minutes": told.seconds / 60,
         "page": dataclasses.asdict(drawing.page),
         "pen_mm": drawing.pen.width_mm,
+        "pens": [{"name": pen.name, "width_mm": pen.width_mm, "colour": pen.hex} for pen in drawing.pens],
     }

@@ -31,7 +31,7 @@ def lines_frame(drawing: Drawing, rev: int) -> bytes:
     head = struct.pack("<BxxxIIIfI", LINES, rev, len(counts), len(points), unit, 0)
     ends = np.cumsum([0, *counts], dtype="<u4").tobytes()
     regions = bytes(REGIONS.index(region) for region in drawing.region)
-    return head + ends + points.tobytes() + regions
+    return head + ends + points.tobytes() + regions + drawing.layer.astype("u1").tobytes()
 
 
 def _shortened(places_mm: Floats, page_height_mm: float) -> tuple[float, NDArray[np.int16]]:

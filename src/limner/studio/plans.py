@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from importlib import resources
 from typing import Any
 
 import numpy as np
 
+from limner import transforms
 from limner.errors import BadInput, CannotDraw
 from limner.motion.area import check_area
 from limner.motion.arm.ik import inverse
@@ -19,6 +21,9 @@ from limner.motion.pen import plan
 from limner.pipeline import Settings
 from limner.studio.frames import plan_frame
 from limner.types import Drawing, JointTrajectory
+
+CLEAR_MM = 15.0
+"""How high over the sheet an arm leads its pen around a drawing."""
 
 _LOOKED_AT = 600  # points, for what of a sheet cannot be reached
 
@@ -145,13 +150,33 @@ def _origin(frame: Any) -> dict[str, list[float]]:
     return {"xyz": frame[:3, 3].tolist(), "rpy": [float(roll), float(pitch), float(yaw)]}
 
 
-def trajectory(drawing: Drawing, robot: str, settings: Settings) -> JointTrajectory:
+def trajectory(drawing: Drawing, name: str, settings: Settings, *, frame_only: bool = False) -> JointTrajectory:
     """The checked motion of a robot's joints.
+
+    Args:
+        drawing: what to draw.
+        name: of the robot.
+        settings: of the plan.
+        frame_only: lead the pen around the drawing instead, ``CLEAR_MM`` above the sheet.
 
     Raises:
         CannotDraw: it cannot be reached, or a limit would be exceeded.
     """
-    return plan_arm(drawing, load_robot(known(robot, ROBOTS, "robot")), settings.arm).trajectory
+    robot = load_robot(known(name, ROBOTS, "robot"))
+    made = plan_arm(drawing, robot, settings.arm)
+    if not frame_only:
+        return made.trajectory
+    above = made.placement.base_from_paper @ transforms.transform(translation=(0, 0, CLEAR_MM / 1000))
+    placed = dataclasses.replace(made.placement, base_from_paper=above)
+    return plan_arm(frame_of(drawing), robot, settings.arm, placed).trajectory
+
+
+def frame_of(drawing: Drawing) -> Drawing:
+    """The rectangle around a drawing, as its only line."""
+    points = np.concatenate(drawing.lines_mm)
+    (x0, y0), (x1, y1) = points.min(0), points.max(0)
+    line = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)])
+    return Drawing((line,), ("background",), np.ones(1), drawing.page, drawing.pens[:1])
 
 
 def urdf(name: str) -> bytes:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from limner.errors import BadInput, MissingExtra
+from limner.studio.folder import own_folder
+from limner.studio.jobs import Make
 
 PORT, TRIES = 8765, 20
 """Where it listens, and how many ports after that are tried."""
@@ -33,12 +35,13 @@ class Address:
 
 
 def serve(
-    settings: dict[str, Any], host: str, port: int | None, *, booth: bool, ready: Callable[[Address], None]
+    settings: dict[str, Any], make: Make, host: str, port: int | None, *, booth: bool, ready: Callable[[Address], None]
 ) -> None:
     """Serve until Ctrl-C.
 
     Args:
         settings: of the tree, where the page says nothing.
+        make: from an order to what draws it.
         host: name or address to listen on.
         port: to listen on; None: the first free one from ``PORT`` on.
         booth: serve the booth.
@@ -52,18 +55,13 @@ def serve(
         import uvicorn
         import websockets  # noqa: F401  (uvicorn answers no WebSocket without it, and says so nowhere)
 
-        from limner.studio.app import MESSAGE_BYTES, build
+        from limner.studio.app import MESSAGE_BYTES, assembled, build
     except ImportError as error:
         raise MissingExtra("limner studio", "studio") from error
-    from limner.studio.computer import Computer
-    from limner.studio.studio import Studio
-    from limner.studio.visitors import Visitors
-
     listening = _listen(host, port)
     port = listening.getsockname()[1]
     tokens = {role: secrets.token_urlsafe(24) for role in ("visitor", "operator")[: 1 + booth]}
-    studio = Studio(Visitors(port), Computer(settings), Computer(settings, lazy=True), settings, booth)
-    app = build(studio, tokens, names_of(host))
+    app = build(assembled(settings, make, port, own_folder(), booth=booth), tokens, names_of(host))
     config = uvicorn.Config(
         app,
         log_level="error",

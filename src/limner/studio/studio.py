@@ -8,6 +8,8 @@ from typing import Any
 
 from limner.errors import BadInput
 from limner.studio.computer import NOW, Computer, PhotoMissing
+from limner.studio.hub import Hub
+from limner.studio.jobs import Jobs
 from limner.studio.visitors import HeldDrawing, HeldPhoto, Visitor, Visitors
 
 
@@ -24,6 +26,8 @@ class Studio:
         computer: the computing process, for what people wait for.
         planner: another one, begun when first needed, for what takes seconds: an arm's motion, films.
         settings: of the tree, where the page says nothing.
+        hub: all open pages.
+        jobs: the machine's.
         booth: whether the page is the booth's.
     """
 
@@ -31,6 +35,8 @@ class Studio:
     computer: Computer
     planner: Computer
     settings: dict[str, Any]
+    hub: Hub
+    jobs: Jobs
     booth: bool = False
 
     async def take(self, visitor: Visitor, data: bytes) -> HeldPhoto:

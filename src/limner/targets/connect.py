@@ -13,9 +13,10 @@ from limner.targets.gcode import GcodeSettings
 from limner.targets.grbl import Grbl
 from limner.targets.link import Link
 from limner.targets.serial_link import SerialLink
+from limner.targets.simulated import SimulatedPlotter, parse_pace
 from limner.targets.target import Target
 
-KINDS = ("grbl", "ebb", "fake")
+KINDS = ("grbl", "ebb", "fake", "sim")
 
 
 @dataclass(frozen=True)
@@ -23,12 +24,14 @@ class Address:
     """Where a machine is.
 
     Attributes:
-        kind: ``grbl`` or ``ebb``.
-        port: the serial port; empty for a fake.
+        kind: ``grbl``, ``ebb`` or ``sim``.
+        port: the serial port; empty for a fake and for a simulated plotter.
+        pace: of a simulated plotter, times the machine's own.
     """
 
     kind: str
     port: str
+    pace: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ class Wiring:
 
 
 def parse_address(text: str) -> Address:
-    """Kind and port from ``grbl:PORT``, ``ebb:PORT``, ``fake:``, ``fake:grbl`` or ``fake:ebb``.
+    """Kind and port from ``grbl:PORT``, ``ebb:PORT``, ``fake:``, ``fake:grbl``, ``fake:ebb``, ``sim:`` or ``sim:20``.
 
     Raises:
         BadInput: another kind, or no port.
@@ -61,11 +64,13 @@ def parse_address(text: str) -> Address:
     kind, colon, port = text.partition(":")
     if kind == "fake" and colon and port in ("", "grbl", "ebb"):
         return Address(port or "grbl", "")
+    if kind == "sim" and colon:
+        return Address("sim", "", parse_pace(text))
     if kind in ("grbl", "ebb") and port:
         return Address(kind, port)
     if kind in ("ur", "rosbridge"):
         raise BadInput(f"--to {text}: an arm takes the motion that limner plan --robot writes; name it with --robot")
-    raise BadInput(f"--to {text}: expected grbl:PORT, ebb:PORT (such as grbl:/dev/ttyUSB0, ebb:COM3) or fake:")
+    raise BadInput(f"--to {text}: expected grbl:PORT, ebb:PORT (such as grbl:/dev/ttyUSB0, ebb:COM3), sim: or fake:")
 
 
 def connect(address: Address, wiring: Wiring) -> Target:
@@ -77,6 +82,8 @@ def connect(address: Address, wiring: Wiring) -> Target:
         BadInput: the machine cannot move as fast as planned.
     """
     home = wiring.home_mm
+    if address.kind == "sim":
+        return SimulatedPlotter(wiring.plan, home, address.pace)
     if address.kind == "grbl":
         down = wiring.gcode.servo_down if wiring.gcode.pen == "servo" else wiring.gcode.z_down_mm
         fake = FakeGrbl(pen=wiring.gcode.pen, down_word=down)

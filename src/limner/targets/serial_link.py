@@ -13,6 +13,9 @@ from limner.errors import DeviceFailed, MissingExtra
 WRITE_S = 10.0
 """A machine that takes no byte for so long is stuck."""
 
+EBB_USB = (0x04D8, 0xFD92)
+"""Vendor and product of an EBB, as it tells the USB."""
+
 
 class SerialLink:
     """A serial port, ours alone while it is open."""
@@ -64,6 +67,20 @@ class SerialLink:
             yield
         except self._failures as error:
             raise DeviceFailed(f"{self.name} does not answer any more; is it unplugged? ({_reason(error)})") from error
+
+
+def ports() -> list[tuple[str, str, bool]]:
+    """The serial ports that are there: name, what is said to be plugged in, whether it is an AxiDraw's board.
+
+    Raises:
+        MissingExtra: pyserial is not installed.
+    """
+    try:
+        from serial.tools import list_ports
+    except ImportError as error:
+        raise MissingExtra("a serial port", "plotter") from error
+    found = sorted(list_ports.comports(), key=lambda port: str(port.device))
+    return [(str(port.device), str(port.description), (port.vid, port.pid) == EBB_USB) for port in found]
 
 
 def _why(port: str, error: Exception) -> str:

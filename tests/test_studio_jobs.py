@@ -1,0 +1,294 @@
+"""The one job of the studio: every state and command, seen by all pages, through a killed server, to its end."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+import studios
+
+FEW = {"style": "splines", "page.size": "a6"}
+"""Nine lines, half a minute on a plotter."""
+
+
+def photographed(client):
+    """The browser, with a drawing of the astronaut in a few lines."""
+    client.photo = client.post("/api/photo", content=studios.face_jpeg()).json()["photo"]
+    answer = client.post("/api/drawing", json={"photo": client.photo, "settings": FEW})
+    assert answer.status_code == 201, answer.text
+    client.drawing = answer.json()["drawing"]
+    return client
+
+
+@pytest.fixture(scope="module")
+def server():
+    with studios.serving() as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def guest(server):
+    with studios.enter(server) as client:
+        yield photographed(client)
+
+
+@pytest.fixture
+def idle(guest):
+    """A browser, when the machine has nothing to do."""
+    yield guest
+    settle(guest)
+
+
+def settle(client):
+    """Stop and forget whatever is there."""
+    job = client.get("/api/job").json()
+    while job["state"] != "idle":
+        for command in ("clear", "cancel"):
+            if command in job["may"] and job["state"] != "cancelling":
+                client.post(f"/api/job/{command}")
+        time.sleep(0.02)
+        job = client.get("/api/job").json()
+
+
+def until(client, *states, patience_s=studios.PATIENCE_S):
+    """The job, once it is in one of these states."""
+    ends = time.monotonic() + patience_s
+    while (job := client.get("/api/job").json())["state"] not in states:
+        assert time.monotonic() < ends, job
+        assert job["state"] != "error", job["error"]
+        time.sleep(0.02)
+    return job
+
+
+def told(client, command, **body):
+    return client.post(f"/api/job/{command}", json=body)
+
+
+def start(client, to="sim:200", **more):
+    answer = client.post("/api/job", json={"drawing": client.drawing, "to": to} | more)
+    assert answer.status_code == 201, answer.text
+    return answer.json()
+
+
+def test_nothing_to_do(idle):
+    job = idle.get("/api/job").json()
+    assert (job["state"], job["may"]) == ("idle", ["start"])
+    for command in ("pause", "resume", "cancel", "clear"):
+        answer = told(idle, command)
+        assert answer.status_code == 409
+        assert "idle" in answer.json()["error"]
+    assert told(idle, "dance").status_code == 404
+
+
+def test_a_job_runs_to_its_end_and_every_page_hears_of_it(server, idle):
+    with studios.enter(server) as other, studios.live(other) as talk:
+        assert talk.hear(lambda said: said["type"] == "job")[0]["state"] == "idle"
+        start(idle)
+        heard = [talk.hear(lambda said: said["type"] == "job")[0]]
+        while heard[-1]["state"] != "done":
+            heard.append(talk.hear(lambda said: said["type"] == "job")[0])
+    strokes = [job["stroke"] for job in heard]
+    shares = [job["share"] for job in heard]
+    assert strokes == sorted(strokes)
+    assert shares == sorted(shares)
+    assert heard[-1]["share"] == 1
+    assert heard[-1]["stroke"] == heard[-1]["strokes"] == 9
+    assert not any(job["mine"] or job["drawing"] for job in heard), "it is another's"
+    mine = idle.get("/api/job").json()
+    assert mine["mine"]
+    assert mine["drawing"] == idle.drawing
+    assert mine["seconds"] == pytest.approx(mine_report(idle)["seconds"], rel=0.01)
+
+
+def mine_report(client):
+    return client.get("/api/drawings").json()["drawings"][0]["report"]
+
+
+def test_it_pauses_at_a_lift_and_goes_on(idle):
+    start(idle, to="sim:10")
+    until(idle, "running")
+    assert told(idle, "resume").status_code == 409
+    assert told(idle, "pause").json()["state"] == "pausing"
+    assert told(idle, "pause").status_code == 409
+    paused = until(idle, "paused")
+    assert set(paused["may"]) == {"resume", "cancel"}
+    time.sleep(0.3)
+    still = idle.get("/api/job").json()
+    assert (still["state"], still["stroke"]) == ("paused", paused["stroke"])
+    assert told(idle, "resume").json()["state"] == "running"
+    told(idle, "cancel")
+    until(idle, "cancelled")
+
+
+def test_a_pause_can_be_taken_back(idle):
+    start(idle, to="sim:5")
+    until(idle, "running")
+    told(idle, "pause")
+    assert told(idle, "resume").json()["state"] == "running"
+
+
+def test_only_one_job_at_a_time(server, idle):
+    start(idle, to="sim:1")
+    with studios.enter(server) as other:
+        photographed(other)
+        answer = other.post("/api/job", json={"drawing": other.drawing, "to": "sim:"})
+        assert answer.status_code == 409
+        assert "possible" in answer.json()["error"]
+
+
+def test_stopped_it_goes_on_where_it_was(idle):
+    start(idle, to="sim:20")
+    ends = time.monotonic() + 60
+    while idle.get("/api/job").json()["stroke"] < 3:
+        assert time.monotonic() < ends
+        time.sleep(0.01)
+    told(idle, "cancel")
+    stopped = until(idle, "cancelled")
+    assert 3 <= stopped["stroke"] < 9
+    assert {"resume", "start", "clear"} == set(stopped["may"])
+    told(idle, "resume")
+    seen = until(idle, "running", "done")
+    assert seen["stroke"] >= stopped["stroke"]
+    assert until(idle, "done")["stroke"] == 9
+
+
+def test_another_page_of_the_same_browser_may_stop_it(server, idle):
+    start(idle, to="sim:1")
+    with studios.enter(server) as other:
+        assert told(other, "cancel").status_code == 200
+    until(idle, "cancelled")
+
+
+def test_a_dry_run_goes_round_the_frame(idle):
+    start(idle, frame_only=True)
+    done = until(idle, "done")
+    assert done["frame_only"]
+    assert done["strokes"] == 1
+
+
+@pytest.mark.parametrize("to", ["fake:", "fake:ebb", "grbl:/dev/no-such-port"])
+def test_other_machines_than_simulated_ones(idle, to):
+    pytest.importorskip("serial")
+    start(idle, to=to)
+    job = until(idle, "done", "error")
+    assert (job["state"] == "error") == to.startswith("grbl")
+    if job["error"]:
+        assert "no such port" in job["error"]
+        assert "--resume" not in job["error"]
+        assert told(idle, "clear").json()["state"] == "idle"
+
+
+WRONG = [
+    ({"to": "sim:"}, 404, "no such drawing"),
+    ({"drawing": True}, 400, "address"),
+    ({"drawing": True, "to": "sim:fast"}, 0, "sim:20"),
+    ({"drawing": True, "to": "gold:"}, 0, "expected"),
+    ({"drawing": True, "to": "sim:", "machine": "/etc/passwd.toml"}, 400, "machine"),
+    ({"drawing": True, "to": "sim:", "machine": "gold"}, 0, "no machine"),
+    ({"drawing": True, "to": "sim:", "robot": "../evil.urdf"}, 400, "robot"),
+    ({"drawing": True, "to": "sim:", "robot": "gold"}, 400, "not known"),
+]
+
+
+@pytest.mark.parametrize(("body", "status", "words"), WRONG)
+def test_what_cannot_be_started_says_why(idle, body, status, words):
+    given = body | ({"drawing": idle.drawing} if "drawing" in body else {})
+    checked = idle.post("/api/job/check", json=given)
+    assert checked.status_code == (status or 400)
+    assert words in checked.json()["error"]
+    answer = idle.post("/api/job", json=given)
+    if status:
+        assert answer.status_code == status
+        assert idle.get("/api/job").json()["state"] == "idle"
+    else:
+        assert words in until(idle, "error")["error"]
+
+
+def test_the_checklist_moves_nothing(idle):
+    answer = idle.post("/api/job/check", json={"drawing": idle.drawing, "to": "sim:", "machine": "grbl"}).json()
+    assert answer["strokes"] == 9
+    assert answer["name"] == "grbl"
+    assert answer["ask"]
+    assert "pen" in answer["ready"]
+    assert idle.get("/api/job").json()["state"] == "idle"
+
+
+def test_simulators_are_always_there(idle):
+    targets = idle.get("/api/targets").json()["targets"]
+    assert {("sim:", "plotter"), ("sim:", "arm")} <= {(item["address"], item["kind"]) for item in targets}
+
+
+def killed_in_mid_job(state):
+    """A server killed while its machine draws; how far it said it was."""
+    server = studios.Server(state=state)
+    try:
+        with studios.enter(server) as client:
+            photographed(client)
+            start(client, to="sim:20")
+            ends = time.monotonic() + 60
+            while (job := client.get("/api/job").json())["stroke"] < 3:
+                assert time.monotonic() < ends
+                time.sleep(0.01)
+            server.kill()
+            return job["stroke"]
+    finally:
+        server.close()
+
+
+def test_killed_in_mid_job_it_is_there_again_and_goes_on(tmp_path):
+    before = killed_in_mid_job(tmp_path)
+    with studios.serving(state=tmp_path) as server, studios.enter(server) as client:
+        job = client.get("/api/job").json()
+        assert job["state"] == "interrupted"
+        assert before <= job["stroke"] < 9
+        assert job["strokes"] == 9
+        assert {"resume", "start", "clear"} == set(job["may"])
+        assert told(client, "resume").status_code == 200
+        on = until(client, "running", "done")
+        assert on["stroke"] >= before
+        assert until(client, "done")["stroke"] == 9
+    assert not list(tmp_path.rglob("*.npz")), "nothing is left of a job that is done"
+
+
+def test_what_was_left_behind_can_be_forgotten(tmp_path):
+    killed_in_mid_job(tmp_path)
+    with studios.serving(state=tmp_path) as server, studios.enter(server) as client:
+        assert told(client, "clear").json()["state"] == "idle"
+        assert not list(tmp_path.rglob("*.npz"))
+    (tmp_path / "limner" / "studio" / "job").mkdir(parents=True)
+    (tmp_path / "limner" / "studio" / "job" / "order.json").write_text("{")
+    with studios.serving(state=tmp_path) as server, studios.enter(server) as client:
+        assert client.get("/api/job").json()["state"] == "idle"
+
+
+def test_two_studios_have_a_job_each(tmp_path):
+    with (
+        studios.serving(state=tmp_path) as one,
+        studios.serving(state=tmp_path) as two,
+        studios.enter(one) as first,
+        studios.enter(two) as second,
+    ):
+        start(photographed(first), to="sim:1")
+        assert second.get("/api/job").json()["state"] == "idle"
+
+
+def test_ended_in_mid_job_the_pen_goes_up_and_the_job_stays(tmp_path):
+    with studios.serving(state=tmp_path) as server, studios.enter(server) as client:
+        start(photographed(client), to="sim:20")
+        until(client, "running")
+    with studios.serving(state=tmp_path) as server, studios.enter(server) as client:
+        assert client.get("/api/job").json()["state"] == "interrupted"
+
+
+@pytest.mark.slow
+def test_a_simulated_arm_draws_it(idle):
+    pytest.importorskip("mujoco")
+    pytest.importorskip("urdf_parser_py")
+    start(idle, to="sim:1000", robot="ur5e")
+    done = until(idle, "done", "error", patience_s=180)
+    assert done["state"] == "done", done["error"]
+    assert done["stroke"] == 9
+    start(idle, to="sim:1000", robot="ur5e", frame_only=True)
+    done = until(idle, "done", "error", patience_s=180)
+    assert done["state"] == "done", done["error"]
