@@ -13,6 +13,9 @@ from limner.errors import NothingToDraw
 from limner.settings import SettingsGroup, setting
 from limner.types import Drawing, Floats, Value, frozen_array
 
+DOT_MM = 0.1
+"""Length of the dash that a dot becomes."""
+
 
 @dataclass(frozen=True, eq=False)
 class LiftedPath(Value):
@@ -92,14 +95,18 @@ def lifted_path(drawing: Drawing, settings: LiftSettings) -> LiftedPath:
     highest = max(settings.approach_mm, settings.lift_mm)
     builder = _Builder(np.array([*drawing.lines_mm[0][0], highest]), settings)
     for index, line in enumerate(drawing.lines_mm):
-        flat = geometry.without_repeats(line)
+        flat = _drawable(geometry.without_repeats(line))
         drawn = np.column_stack([flat, np.full(len(flat), -settings.press_mm)])
         builder.travel_to(drawn[0])
-        # A dot is a stroke too: the pen touches and lifts.
         builder.draw(drawn, index)
     last = drawing.lines_mm[-1][-1]
     builder.travel_to(np.array([*last, highest]))
     return builder.path()
+
+
+def _drawable(line: Floats) -> Floats:
+    """The line; of a dot, a dash too short to be seen as one: the pen is on the paper for a while."""
+    return line if len(line) > 1 else line + DOT_MM / 2 * np.array([[-1, 0], [1, 0]])
 
 
 class _Builder:
