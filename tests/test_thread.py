@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from shapely.geometry import LineString
 
-from limner.drawing.thread import CURVE_POINTS, ThreadSettings, rounded, thread
+from limner.drawing.thread import CURVE_POINTS, ThreadSettings, opened, rounded, thread
 from limner.drawing.uncross import uncrossed
 from limner.types import Drawing
 
@@ -75,6 +75,14 @@ def test_few_dots(count):
     for smooth in (False, True):
         (line,) = thread(dots(points), ThreadSettings(smooth=smooth)).lines_mm
         assert len(line) == (1 if count < 2 else count if count < 3 or not smooth else CURVE_POINTS + 2)
+
+
+def test_the_longest_hop_is_not_drawn():
+    ring = clouds(3, 40, 0)
+    line = opened(ring)
+    hops = np.hypot(*(np.roll(ring, -1, axis=0) - ring).T)
+    assert in_any_order(line) == in_any_order(ring)
+    assert LineString(line).length == pytest.approx(hops.sum() - hops.max())
 
 
 def test_dots_on_one_spot_become_one_point():

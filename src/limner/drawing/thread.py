@@ -35,7 +35,7 @@ class ThreadSettings(SettingsGroup):
 
 
 def thread(drawing: Drawing, settings: ThreadSettings) -> Drawing:
-    """One stroke through all dots: the shortest tour that is found, opened where the pen comes from and goes to.
+    """One stroke through all dots: the shortest tour that is found, opened where it would go farthest over the paper.
 
     The tour is that of ``order``: shortest hops, then a local search (Lin & Kernighan 1973), which is shaken. A tour
     that crosses itself is not the shortest: what crossings are left are undone (``uncross``).
@@ -50,11 +50,17 @@ def thread(drawing: Drawing, settings: ThreadSettings) -> Drawing:
     home = np.array(HOME_MM)
     search = OrderSettings(kicks=settings.kicks, seed=settings.seed)
     row = Row.of(drawing).shortened(home, home, search)
-    line = uncrossed(geometry.without_repeats(np.concatenate(row.lines)))
+    line = uncrossed(opened(geometry.without_repeats(np.concatenate(row.lines))))
     if settings.smooth:
         line = rounded(line)
     region = max(sorted(set(drawing.region)), key=drawing.region.count)
     return Drawing((line,), (region,), np.array([drawing.weight.sum()]), drawing.page, (drawing.pen,))
+
+
+def opened(ring: Floats) -> Floats:
+    """A ring of points (n, 2), not closed, begun behind its longest segment, which so is not drawn."""
+    ahead = np.hypot(*(np.roll(ring, -1, axis=0) - ring).T)
+    return np.roll(ring, -1 - int(ahead.argmax()), axis=0)
 
 
 def rounded(line: Floats) -> Floats:
