@@ -18,6 +18,7 @@ import httpx
 import numpy as np
 import uvicorn
 from PIL import Image
+from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from limner.cli.evaluate import astronaut
@@ -120,15 +121,24 @@ def enter(server, url=None):
 
 
 @contextlib.contextmanager
-def live(client, origin=None):
+def live(client, origin=None, path="/ws"):
     """Its live socket."""
     base = str(client.base_url).rstrip("/")
     cookie = "; ".join(f"{name}={value}" for name, value in client.cookies.items())
     headers = {"Cookie": cookie} if cookie else {}
     with connect(
-        base.replace("http", "ws") + "/ws", additional_headers=headers, origin=origin or base, open_timeout=PATIENCE_S
+        base.replace("http", "ws") + path, additional_headers=headers, origin=origin or base, open_timeout=PATIENCE_S
     ) as socket:
         yield Talk(socket)
+
+
+def refused(client, base, path):
+    """Whether a socket is not opened."""
+    try:
+        with live(client, base, path):
+            return False
+    except InvalidStatus:
+        return True
 
 
 class Talk:

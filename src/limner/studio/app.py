@@ -21,12 +21,13 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from limner.errors import LimnerError
-from limner.studio import drawings, machine, photos
+from limner.studio import booth, drawings, machine, photos
 from limner.studio.computer import Computer
 from limner.studio.guard import Guard
 from limner.studio.hub import Hub, Listener
 from limner.studio.jobs import Jobs, Make, WrongState
 from limner.studio.live import Live
+from limner.studio.queue import Queue
 from limner.studio.studio import NotThere, Studio
 from limner.studio.visitors import Visitor, Visitors
 
@@ -39,7 +40,7 @@ PAGE = Path(str(resources.files("limner.studio") / "page"))
 Handler = Callable[[Studio, Visitor, Request], Awaitable[Response]]
 
 
-def assembled(settings: dict[str, Any], make: Make, port: int, folder: Path, *, booth: bool) -> Studio:
+def assembled(settings: dict[str, Any], make: Make, port: int, folder: Path, *, queued: bool) -> Studio:
     """The parts of a server.
 
     Args:
@@ -47,17 +48,26 @@ def assembled(settings: dict[str, Any], make: Make, port: int, folder: Path, *, 
         make: from an order to what draws it.
         port: of the server.
         folder: for the job, ours alone.
-        booth: whether it is a booth.
+        queued: whether it is a booth, where guests queue.
     """
     hub = Hub()
 
     def tell() -> None:
         hub.tell("job", lambda visitor: {"type": "job"} | jobs.fields(visitor))
+        if studio.queue is not None:
+            studio.queue.job_changed()
+
+    def tell_queue(queue: Queue) -> None:
+        hub.tell("queue", lambda visitor: {"type": "queue", "queue": queue.fields(visitor), "held": queue.held})
 
     jobs = Jobs(folder / "job", make, tell)
-    tell()
-    computers = Computer(settings), Computer(settings, lazy=True)
-    return Studio(Visitors(port), *computers, settings, hub, jobs, booth)
+    studio = Studio(Visitors(port), Computer(settings), Computer(settings, lazy=True), settings, hub, jobs)
+    hub.tell("job", lambda visitor: {"type": "job"} | jobs.fields(visitor))
+    if queued:
+        line = Queue(jobs, lambda held, order: machine.prepared(studio, held, order), lambda: tell_queue(line))
+        studio.queue = line
+        tell_queue(line)
+    return studio
 
 
 def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
@@ -106,7 +116,20 @@ def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
         at("/api/job/check", machine.check, "POST"),
         at("/api/job/{command}", machine.command, "POST"),
         at("/api/targets", machine.targets),
+        at("/api/booth", booth.about),
+        at("/api/leave", booth.leave, "POST"),
+        at("/api/queue", booth.queue),
+        at("/api/queue", booth.join, "POST"),
+        at("/api/queue/{entry}", booth.withdraw, "DELETE"),
+        at("/api/operator/queue", booth.overview),
+        at("/api/operator/targets", machine.targets),
+        at("/api/operator/options", _options),
+        at("/api/operator/drawing/{entry}.lines", booth.lines),
+        at("/api/operator/target", booth.target, "POST"),
+        at("/api/operator/remove", booth.remove, "POST"),
+        at("/api/operator/{command}", booth.command, "POST"),
         WebSocketRoute("/ws", functools.partial(_socket, studio=studio)),
+        WebSocketRoute("/ws/operator", functools.partial(_socket, studio=studio)),
         *([Mount("/", StaticFiles(directory=PAGE))] if PAGE.is_dir() else []),
     ]
     errors = {LimnerError: _limner_error, HTTPException: _http_error}

@@ -36,7 +36,7 @@ HEADERS = {
 }
 """Of every answer."""
 
-OPERATOR = ("/operator", "/api/operator")
+OPERATOR = ("/operator", "/api/operator", "/ws/operator")
 """What only the operator of a booth may see and do."""
 
 _DOORS = {"/": "visitor", "/operator": "operator"}
@@ -116,7 +116,7 @@ class Guard:
         role = "operator" if operator else "visitor"
         visitor = self._known(scope, role)
         # The page's own files are no secret of a visitor: an operator needs them too.
-        if visitor is None and not operator and not scope["path"].startswith("/api"):
+        if visitor is None and not operator and not scope["path"].startswith(("/api", "/ws")):
             visitor = self._known(scope, "operator") if scope["path"] != "/" else None
         if visitor is None:
             return _plain("no entry: open the address that limner studio printed, with its token", 401)

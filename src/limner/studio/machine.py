@@ -78,7 +78,7 @@ async def start(studio: Studio, visitor: Visitor, request: Request) -> Response:
     _not_in_a_booth(studio, visitor)
     given = await json_object(request)
     held = drawing_of(visitor, given.get("drawing"))
-    order = order_of(given, held)
+    order = order_of(given, held.about["settings"])
     studio.jobs.check("start")
     data = await prepared(studio, held, order)
     studio.jobs.start(order, data, held.name, visitor)
@@ -89,7 +89,7 @@ async def check(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """What would be started, and what must be so before it is; nothing moves."""
     given = await json_object(request)
     held = drawing_of(visitor, given.get("drawing"))
-    order = order_of(given, held)
+    order = order_of(given, held.about["settings"])
     made = await studio.jobs.try_out(order, await prepared(studio, held, order))
     kind = "arm" if order.robot else "plotter"
     told = {"name": made.name, "seconds": float(made.seconds), "strokes": len(made.begins_s), "ready": made.ready}
@@ -116,8 +116,12 @@ def _not_in_a_booth(studio: Studio, visitor: Visitor) -> None:
         raise HTTPException(403, "in a booth only its operator commands the machine; queue the drawing")
 
 
-def order_of(given: dict[str, Any], held: HeldDrawing) -> Order:
-    """An order for a drawing from what the page asks for.
+def order_of(given: dict[str, Any], settings: dict[str, Any]) -> Order:
+    """An order from what the page asks for.
+
+    Args:
+        given: the request.
+        settings: tree of the drawing's, or none yet.
 
     Raises:
         BadInput: no address, or something else where a name belongs.
@@ -128,9 +132,8 @@ def order_of(given: dict[str, Any], held: HeldDrawing) -> Order:
     for name, value in (("machine", machine), ("robot", robot)):
         if value is not None and (not isinstance(value, str) or value.lower().endswith((".toml", ".urdf"))):
             raise BadInput(f"{name}: expected one of the names that the menu offers")
-    settings = held.about["settings"]
     if machine is None and to.startswith("sim:"):
-        machine = settings["machine"]
+        machine = settings.get("machine")
     return Order(to, machine, robot, settings, bool(given.get("frame_only")))
 
 

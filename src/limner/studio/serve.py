@@ -61,7 +61,7 @@ def serve(
     listening = _listen(host, port)
     port = listening.getsockname()[1]
     tokens = {role: secrets.token_urlsafe(24) for role in ("visitor", "operator")[: 1 + booth]}
-    app = build(assembled(settings, make, port, own_folder(), booth=booth), tokens, names_of(host))
+    app = build(assembled(settings, make, port, own_folder(), queued=booth), tokens, names_of(host))
     config = uvicorn.Config(
         app,
         log_level="error",

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import secrets
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from limner.errors import BadInput
 from limner.studio.computer import NOW, Computer, PhotoMissing
 from limner.studio.hub import Hub
 from limner.studio.jobs import Jobs
 from limner.studio.visitors import HeldDrawing, HeldPhoto, Visitor, Visitors
+
+if TYPE_CHECKING:
+    from limner.studio.queue import Queue
 
 
 class NotThere(BadInput):
@@ -28,7 +31,7 @@ class Studio:
         settings: of the tree, where the page says nothing.
         hub: all open pages.
         jobs: the machine's.
-        booth: whether the page is the booth's.
+        queue: of a booth; None: this is none.
     """
 
     visitors: Visitors
@@ -37,7 +40,12 @@ class Studio:
     settings: dict[str, Any]
     hub: Hub
     jobs: Jobs
-    booth: bool = False
+    queue: Queue | None = None
+
+    @property
+    def booth(self) -> bool:
+        """Whether guests queue and an operator commands the machine."""
+        return self.queue is not None
 
     async def take(self, visitor: Visitor, data: bytes) -> HeldPhoto:
         """Look at a new photo, and hold it.
