@@ -6,6 +6,7 @@
 # make reference  the pages of it that are made from the program
 # make dist   build sdist and wheel into dist
 # make licences  docs/licences.md: the licence of every package that is used
+# make studio-3d    bundle the 3-D view of the studio (needs npm); make dist does it too where npm is
 # make clean  remove what was built
 
 VENV   := .venv
@@ -17,7 +18,7 @@ DEBIAN  = $(shell grep -v '^\#' tests/debian.txt)
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 
-.PHONY: demo test lint bench docs reference dist licences clean
+.PHONY: studio-3d demo test lint bench docs reference dist licences clean
 .DEFAULT_GOAL := demo
 
 $(BIN)/python:
@@ -65,11 +66,17 @@ reference: $(VENV)/.dev
 
 dist: $(VENV)/.dev
 	@rm -rf dist
+	@! command -v npm >/dev/null || $(MAKE) --no-print-directory studio-3d
 	@$(BIN)/python -m build --outdir dist .
 	@ls -l dist
 
 licences: $(VENV)/.dev
 	@$(BIN)/python tools/licences.py
+
+studio-3d:
+	@command -v npm >/dev/null || { echo "the 3-D view needs npm (Debian: apt-get install npm)"; exit 2; }
+	@mkdir -p build/arm3d && cp src/limner/studio/arm3d/package.json src/limner/studio/arm3d/arm3d.js build/arm3d
+	@cd build/arm3d && npm install --no-package-lock --no-audit --no-fund --silent && npm run --silent build -- --outfile=../../src/limner/studio/page/built/arm3d.js --log-level=warning
 
 clean:
 	rm -rf build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

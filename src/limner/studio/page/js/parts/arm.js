@@ -72,7 +72,7 @@ export function armView(app) {
       const { Space } = await import("../../built/arm3d.js");
       space = new Space(room, await (await fetch(`api/robot/${robot.name}.urdf`)).text());
       said.textContent = "Drag to turn, scroll to come nearer.";
-      if (plan) space.setPlan(plan, lines, app.state.preview?.page);
+      if (plan) space.setPlan({ ...plan, base: robot.base }, lines, app.state.preview?.page);
       if (last) show(...last);
     } catch {
       said.textContent = "The 3-D view is not in this installation: run make studio-3d (it needs npm), or look from above.";
@@ -106,7 +106,7 @@ export function armView(app) {
       if (view === "sheet") view = "above";
     }
     above.setPlan(robot, plan, drawn, app.state.preview?.page);
-    space?.setPlan(plan, drawn, app.state.preview?.page);
+    space?.setPlan({ ...plan, base: robot.base }, drawn, app.state.preview?.page);
     return look(view);
   };
   return { element, panel, show, plan: setPlan, close: () => (above.close(), space?.close()) };
