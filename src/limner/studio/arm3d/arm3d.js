@@ -56,7 +56,7 @@ export class Space {
     const [width, height] = [page.width_mm / 1000, page.height_mm / 1000];
     const paper = new Mesh(new PlaneGeometry(width, height), new MeshBasicMaterial({ color: 0xfffdf8, side: 2 }));
     paper.position.set(width / 2, height / 2, 0);
-    const floor = new GridHelper(2.4, 24, 0x9a917f, 0xc9c1b0);
+    const floor = new GridHelper(0.8, 16, 0xb3aa98, 0xcfc7b6);
     floor.rotation.x = Math.PI / 2;
     floor.position.set(width / 2, height / 2, -0.004);
     this.ink = inkOf(lines, height);
@@ -91,7 +91,7 @@ export class Space {
     const away = sheet.clone().sub(arm).setZ(0).normalize();
     const side = new Vector3(-away.y, away.x, 0);
     this.controls.target.copy(sheet.clone().lerp(arm, 0.35));
-    this.camera.position.copy(sheet).addScaledVector(away, 0.75).addScaledVector(side, 0.7).add(new Vector3(0, 0, 0.75));
+    this.camera.position.copy(sheet).addScaledVector(away, 0.95).addScaledVector(side, 0.85).add(new Vector3(0, 0, 0.85));
     this.controls.update();
     this._fit();
   }
