@@ -8,7 +8,7 @@ import browsers
 import studios
 
 pytestmark = pytest.mark.slow
-SCREENS = ("Photo", "Face", "Choose", "Adjust", "Watch")
+SCREENS = ("Photo", "Face", "Choose", "Adjust", "Watch", "Send")
 
 
 @pytest.fixture(scope="module")
@@ -207,6 +207,85 @@ def test_two_people_do_not_see_each_others_photos(server, browser, drawn):
     assert drawn.page.evaluate("url => fetch(url).then(answer => answer.status)", photo) == 200
     assert other.page.evaluate("() => limnerApp.state.photo") is None
     other.context.close()
+
+
+def start_job(visit, machine="A simulated plotter, fast"):
+    """Choose a machine, tick all that must be so, start."""
+    page = visit.page
+    visit.until("() => limnerApp.state.preview?.final")
+    visit.go("Send")
+    page.get_by_role("button", name=machine).click()
+    start = page.get_by_role("button", name="Start drawing")
+    page.get_by_role("checkbox").first.wait_for()
+    assert start.is_disabled()
+    visit.until("() => document.querySelectorAll('.panel input[type=checkbox]').length > 1")
+    for box in page.get_by_role("checkbox").all():
+        box.check()
+    start.click()
+
+
+def test_a_job_is_paused_reloaded_and_resumed_in_another_tab(server, browser, drawn):
+    page = drawn.page
+    start_job(drawn)
+    page.get_by_role("button", name="Pause at the next lift").click()
+    drawn.until("() => limnerApp.state.job.state === 'paused'")
+    page.reload()
+    page.get_by_role("heading", name="Paused").wait_for()
+    other = browsers.Visit(browser, server.base, context=drawn.context)
+    other.page.get_by_role("link", name="Paused").click()
+    other.page.get_by_role("button", name="Go on").click()
+    other.page.get_by_role("heading", name="Done").wait_for()
+    page.get_by_role("heading", name="Done").wait_for()
+    whole = ink(drawn)
+    assert whole > 1000
+    assert other.complaints == []
+    page.get_by_role("button", name="Put away").click()
+    drawn.until("() => limnerApp.state.job.state === 'idle'")
+    # A reload leaves the drawing on the desk.
+    page.get_by_role("button", name="Start drawing").wait_for()
+
+
+def test_a_job_is_stopped_and_the_frame_is_tried(drawn):
+    page = drawn.page
+    drawn.until("() => limnerApp.state.preview?.final")
+    drawn.go("Send")
+    page.get_by_role("button", name="A simulated plotter, fast").click()
+    dry = page.get_by_role("button", name="Dry run round the frame")
+    drawn.until("() => document.querySelectorAll('.panel input[type=checkbox]').length > 1")
+    dry.click()
+    page.get_by_role("heading", name="Done").wait_for()
+    page.get_by_role("button", name="Put away").click()
+    start_job(drawn, "A simulated plotter ready")
+    page.get_by_role("button", name="Stop, pen up").click()
+    page.get_by_role("heading", name="Stopped").wait_for()
+    page.get_by_role("button", name="Put away").click()
+    drawn.until("() => limnerApp.state.job.state === 'idle'")
+
+
+@pytest.mark.parametrize("kind", ["svg", "gcode", "png"])
+def test_the_drawing_is_saved(drawn, kind):
+    drawn.until("() => limnerApp.state.preview?.final")
+    drawn.page.get_by_role("button", name="Save").click()
+    with drawn.page.expect_download() as saved:
+        drawn.page.locator(f"[data-format={kind}]").click()
+    assert saved.value.suggested_filename == f"portrait.{kind}"
+    assert saved.value.path().stat().st_size > 500
+
+
+def test_an_arm_is_watched_from_above(drawn):
+    page = drawn.page
+    drawn.until("() => limnerApp.state.preview?.final")
+    drawn.go("Watch")
+    page.get_by_label("Drawn by").select_option("robot:ur5e")
+    drawn.until("() => limnerApp.state.plan?.joints?.length")
+    page.get_by_role("button", name="From above", pressed=True).wait_for()
+    page.get_by_role("slider", name="Time").fill("1")
+    assert ink(drawn, ".above canvas:nth-child(1)") > 1000
+    before = ink(drawn, ".above canvas:nth-child(2)")
+    assert before > 500
+    assert drawn.violations() == []
+    page.get_by_role("button", name="Sheet").click()
+    assert ink(drawn) > 1000
 
 
 @pytest.mark.parametrize("how", [{"color_scheme": "light"}, {"color_scheme": "dark"}], ids=["light", "dark"])

@@ -5,6 +5,7 @@ import { h, put } from "./dom.js";
 import { takeDrops } from "./drops.js";
 import { there } from "./job.js";
 import { saveDialog } from "./parts/save.js";
+import { remember, restore } from "./parts/desk.js";
 import { jobPill } from "./parts/pill.js";
 import { adjustScreen } from "./screens/adjust.js";
 import { chooseScreen } from "./screens/choose.js";
@@ -71,6 +72,8 @@ function router(app) {
   };
   addEventListener("hashchange", route);
   route();
+  // After a reload what was asked for may only now be there.
+  app.store.watch(["job", "photo"], () => shown !== location.hash.slice(1) && route());
 }
 
 async function start() {
@@ -82,6 +85,8 @@ async function start() {
   takeDrops(app);
   jobPill(app);
   saveDialog(app);
+  await restore(app);
+  remember(app);
   router(app);
 }
 

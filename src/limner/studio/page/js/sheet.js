@@ -25,6 +25,8 @@ export class Sheet {
     this.ink = new Ink(context(this.front));
     this.page = A5;
     this.until = Infinity;
+    /** Whether strokes that are not drawn yet are hinted at. */
+    this.hint = false;
     this.stop = onResize(this.element, () => this.render());
     this.scheme = matchMedia("(prefers-color-scheme: dark)");
     this.recolour = () => this.render(true);
@@ -125,5 +127,16 @@ export class Sheet {
     const edge = scale * margin_mm;
     if (margin_mm > 0) paint.strokeRect(x + edge, y + edge, scale * width_mm - 2 * edge, scale * height_mm - 2 * edge);
     paint.setLineDash([]);
+    if (this.hint) this._hint(paint);
+  }
+
+  /** All strokes, faint. @param {CanvasRenderingContext2D} paint */
+  _hint(paint) {
+    if (!this.view) return;
+    const all = new Ink(paint);
+    all.lines = this.ink.lines;
+    all.look = { ink: "rgb(90 80 60 / 22%)" };
+    all.place(this.view.scale, this.view.x, this.view.y, this.page.pen_mm);
+    all.advance(Infinity);
   }
 }

@@ -16,6 +16,7 @@ import { Sheet } from "../sheet.js";
 /** @param {App} app */
 export function sendScreen(app) {
   const sheet = new Sheet({ label: "The drawing on the machine" });
+  sheet.hint = true;
   const panel = h("div", { class: "panel" });
   const job = jobPart(app);
   const start = preparing(app);
