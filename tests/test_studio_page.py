@@ -276,7 +276,7 @@ def test_an_arm_is_watched_from_above(drawn):
     page = drawn.page
     drawn.until("() => limnerApp.state.preview?.final")
     drawn.go("Watch")
-    page.get_by_label("Drawn by").select_option("robot:ur5e")
+    page.locator("#drawer").select_option("robot:ur5e")
     drawn.until("() => limnerApp.state.plan?.joints?.length")
     page.get_by_role("button", name="From above", pressed=True).wait_for()
     page.get_by_role("slider", name="Time").fill("1")
