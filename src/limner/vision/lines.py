@@ -36,6 +36,8 @@ from limner.vision.cartoon.style import abstracted, cartoon_edges, cartoon_strok
 from limner.vision.completion import NONE, CompletionSettings, complete, names_of
 from limner.vision.edges import EXTRACTORS, CannySettings, GaborPyramidSettings, GaborSettings
 from limner.vision.figure import FigureSettings, find_figure
+from limner.vision.painterly.settings import PainterlySettings
+from limner.vision.painterly.style import painted, painterly_strokes
 from limner.vision.portrait import PortraitSettings, look_at, portrait_strokes
 from limner.vision.raster import Image
 from limner.vision.regions import RegionSettings, regions_and_weights
@@ -66,6 +68,7 @@ class LineSettings(SettingsGroup):
     one_line: OneLineSettings = group(OneLineSettings)
     cartoon: CartoonSettings = group(CartoonSettings)
     scribble: ScribbleSettings = group(ScribbleSettings)
+    painterly: PainterlySettings = group(PainterlySettings)
     trim: TrimSettings = group(TrimSettings)
     trace: TraceSettings = group(TraceSettings)
     regions: RegionSettings = group(RegionSettings)
@@ -138,8 +141,21 @@ def _scribble(photo: Photo, face: Face, settings: LineSettings, stages: Stages) 
     return _in_photo(strokes, working, photo)
 
 
+def _painterly(photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
+    working = stages("scale", to_working_scale, photo, face, settings.scale)
+    figure = stages("figure", find_figure, working.photo, working.face, settings.figure)
+    seen = (working.photo, working.face, figure)
+    strokes = stages("painterly", painterly_strokes, *seen, settings.painterly, settings.regions)
+    return _in_photo(strokes, working, photo)
+
+
+def _painting(photo: Photo, face: Face, settings: LineSettings) -> NDArray[np.uint8]:
+    return painted(photo, face, settings.painterly, find_figure(photo, face, settings.figure).figure).canvas
+
+
 OWN_WAYS: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
     "cartoon": _cartoon,
+    "painterly": _painterly,
     "portrait": _portrait,
     "splines": _splines,
 }
@@ -154,6 +170,7 @@ MEASURED: dict[str, Callable[[Photo, Face, LineSettings, Stages], Strokes]] = {
 
 PICTURES: dict[str, Callable[[Photo, Face, LineSettings], NDArray[np.uint8]]] = {
     "cartoon": lambda photo, face, settings: abstracted(photo, face, settings.cartoon).rgb(),
+    "painterly": _painting,
 }
 """Styles that have a picture in colours, too."""
 

@@ -8,12 +8,13 @@ from limner import geometry
 from limner.types import REGIONS, EdgeMap, Face, Floats, Photo, Strokes
 from limner.vision.cartoon.abstraction import Abstraction, abstract
 from limner.vision.cartoon.settings import CartoonSettings
-from limner.vision.cartoon.tones import Inked, borders, features, hatching, inked
+from limner.vision.cartoon.tones import borders, hatching
 from limner.vision.edges.fdog import coherent_lines
 from limner.vision.edges.flow import edge_flow
 from limner.vision.figure import Figure
 from limner.vision.hatching.darkness import darkness
 from limner.vision.head import BROWS, EYES, LIPS
+from limner.vision.inked import Inked, features, inked
 from limner.vision.palette import to_pens
 from limner.vision.raster import dilated
 from limner.vision.regions import RegionSettings, regions_at

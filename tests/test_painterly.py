@@ -1,0 +1,156 @@
+"""The painting: like the photo, finer where the face is, in the manner asked for; and as lines that keep within it."""
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+
+import limner
+from limner.vision.painterly.brush import paint, spline
+from limner.vision.painterly.settings import MANNERS, PainterlySettings
+from limner.vision.painterly.style import importance, painted
+from portraits import astronaut
+
+UNIT = 100.0
+
+
+def stripes(size=160):
+    """Bands that run to the lower right, one soft wave across."""
+    y, x = np.mgrid[:size, :size]
+    light = 128 + 90 * np.sin((x - y) / 14)
+    return np.repeat(light[..., None], 3, axis=2).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def photo():
+    return astronaut()[0]
+
+
+@pytest.fixture(scope="module")
+def face():
+    return astronaut()[1]
+
+
+@pytest.fixture(scope="module")
+def drawn(photo, face):
+    return limner.draw(photo, face=face, style="painterly")
+
+
+def everywhere(picture, worth=1.0):
+    return np.full(picture.shape[:2], worth, np.float32)
+
+
+def fault(picture, wanted):
+    return float(np.abs(picture.astype(float) - wanted).mean())
+
+
+def test_a_spline_goes_from_end_to_end_and_keeps_a_straight_line():
+    control = np.array([[0.0, 0], [10, 0], [20, 10], [30, 10]])
+    curve = spline(control)
+    assert np.allclose(curve[[0, -1]], control[[0, -1]])
+    steps = np.hypot(*np.diff(curve, axis=0).T)
+    assert steps.max() < 10
+    straight = spline(np.stack([np.arange(6.0), 2 * np.arange(6.0)], axis=1))
+    assert np.allclose(straight[:, 1], 2 * straight[:, 0])
+    # Its curve lies within the control points' hull.
+    assert (curve.min(axis=0) >= -1e-9).all()
+    assert (curve.max(axis=0) <= [30 + 1e-9, 10 + 1e-9]).all()
+
+
+def test_strokes_run_across_the_slope():
+    manner = MANNERS["impressionist"]._replace(brushes=(0.04,), value=0.0)
+    painting = paint(stripes(), everywhere(stripes()), manner, UNIT, 0)
+    ways = np.array([line[-1] - line[0] for line in painting.lines if len(line) > 2])
+    along = np.abs(ways @ [1, 1]) / np.maximum(np.hypot(*ways.T), 1e-9) / np.sqrt(2)
+    assert len(ways) > 50
+    assert np.median(along) > 0.95
+
+
+@pytest.mark.parametrize("name", MANNERS)
+def test_finer_brushes_bring_the_painting_nearer_to_the_photo(name):
+    manner = MANNERS[name]._replace(hue=0, saturation=0, value=0, rgb=0, opacity=1.0, threshold=15)
+    wanted = stripes()
+    coarse = paint(wanted, everywhere(wanted), manner._replace(brushes=manner.brushes[:1]), UNIT, 0)
+    fine = paint(wanted, everywhere(wanted), manner, UNIT, 0)
+    assert fault(fine.canvas, wanted) < fault(coarse.canvas, wanted)
+    assert (np.diff(fine.layer) >= 0).all()
+    assert (np.diff(fine.radius) <= 0).all()
+    assert len(fine.lines) == len(fine.radius) == len(fine.rgb) == len(fine.layer)
+
+
+def test_a_flat_picture_is_painted_once():
+    flat = np.full((120, 90, 3), 77, np.uint8)
+    painting = paint(flat, everywhere(flat), MANNERS["impressionist"]._replace(value=0.0), UNIT, 0)
+    assert set(painting.layer.tolist()) == {0}
+    assert np.abs(painting.canvas.astype(int) - 77).max() <= 1
+
+
+def test_no_stroke_leaves_the_picture_and_pointillists_dab():
+    for name, manner in MANNERS.items():
+        painting = paint(stripes(), everywhere(stripes()), manner, UNIT, 0)
+        points = np.concatenate(painting.lines)
+        assert points.min() >= 0, name
+        assert points.max() <= 159, name
+        longest = max(map(len, painting.lines))
+        assert (longest == 1) == (name == "pointillist")
+
+
+def test_chance_is_the_seeds():
+    first, again, other = (paint(stripes(), everywhere(stripes()), MANNERS["wash"], UNIT, k) for k in (1, 1, 2))
+    assert np.array_equal(first.canvas, again.canvas)
+    assert not np.array_equal(first.canvas, other.canvas)
+
+
+def test_it_is_finest_on_the_features(photo, face):
+    grow = 2.0
+    large = limner.Photo(cv2.resize(photo.rgb, None, fx=grow, fy=grow))
+    larger = dataclasses.replace(face, points_px=face.points_px * grow, box_px=face.box_px * grow)
+    worth = importance(larger, large.rgb.shape[:2], PainterlySettings())
+    eye, corner = larger.points_px[36:42].mean(axis=0).astype(int), (5, 5)
+    assert worth[eye[1], eye[0]] > 2 * worth[corner[1], corner[0]]
+    plain, careful = (
+        painted(large, larger, PainterlySettings(detail=detail, manner="impressionist")) for detail in (0.1, 2.5)
+    )
+    box = np.s_[eye[1] - 15 : eye[1] + 15, eye[0] - 20 : eye[0] + 20]
+    assert fault(careful.canvas[box], large.rgb[box]) < 0.9 * fault(plain.canvas[box], large.rgb[box])
+
+
+def test_lines_are_deterministic_and_stay_on_the_page(photo, face, drawn):
+    assert limner.draw(photo, face=face, style="painterly").drawing == drawn.drawing
+    points, page = np.concatenate(drawn.drawing.lines_mm), drawn.drawing.page
+    assert points.min() >= page.margin_mm - 1e-6
+    assert (points <= np.array([page.width_mm, page.height_mm]) - page.margin_mm + 1e-6).all()
+    assert len(drawn.drawing.pens) == 4
+
+
+def test_one_pen_draws_it_all_in_black(photo, face):
+    assert limner.draw(photo, face=face, style="painterly", painterly__pens=1).drawing.pens == (limner.Pen(),)
+
+
+@pytest.mark.parametrize("points", [200, 800])
+def test_budgets_are_kept(photo, face, points):
+    drawing = limner.draw(photo, face=face, style="painterly", points=points).drawing
+    assert points * 0.8 <= drawing.points <= points
+    assert "eye" in drawing.region
+
+
+def test_more_ink_where_it_is_darker(photo, face, drawn):
+    grey = cv2.cvtColor(photo.rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    ink = np.zeros(grey.shape, np.uint8)
+    for line in drawn.strokes.lines_px:
+        cv2.polylines(ink, [np.rint(line).astype(np.int32)], False, (1,))
+    tile = max(4, round(0.3 * face.outer_eye_px))
+    x0, y0, x1, y1 = np.clip(np.rint(face.box_px).astype(int), 0, None)
+    size = ((x1 - x0) // tile, (y1 - y0) // tile)
+    dark, inked = (
+        cv2.resize(image[y0:y1, x0:x1].astype(np.float32), size, interpolation=cv2.INTER_AREA) for image in (grey, ink)
+    )
+    assert np.corrcoef(-dark.ravel(), inked.ravel())[0, 1] > 0.3
+
+
+def test_its_picture_is_like_the_photo(photo, drawn):
+    picture = drawn.picture()
+    assert picture.shape == photo.rgb.shape
+    assert 2 < fault(picture, photo.rgb) < 20
+    assert np.array_equal(picture, drawn.picture())
