@@ -13,6 +13,9 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet install --constraint constraints.txt
 OUT    := build/demo
+# Debian's rospy is found by Python 3.11, its packages last.
+ROS    := /usr/lib/python3/dist-packages
+SITE   := $(VENV)/lib/python3.11/site-packages
 DEBIAN  = $(shell grep -v '^\#' tests/debian.txt)
 # The newest of the usual names that is new enough.
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
@@ -45,6 +48,7 @@ demo: $(VENV)/.demo
 test: $(VENV)/.dev
 	@test "$$CI" != true || dpkg -s $(DEBIAN) >/dev/null 2>&1 || { echo "installing ROS, Chromium and what else the tests drive"; \
 		apt-get -qq update && apt-get -qq install -y --no-install-recommends $(DEBIAN); } >/dev/null
+	@test ! -d $(ROS)/rospy || test ! -d $(SITE) || echo $(ROS) > $(SITE)/zz_debian_ros.pth
 	@echo "running the tests on $$(nproc 2>/dev/null || echo 2) cores (all the slow ones too: make test LIMNER_SLOW=1)"
 	@LIMNER_SLOW=$(LIMNER_SLOW) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q --numprocesses auto
 

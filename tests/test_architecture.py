@@ -30,10 +30,13 @@ ALLOWED = {
     "targets": BASE,
     "simulation": BASE | {"motion", "targets"},
     "pipeline": BASE | {"vision", "drawing", "motion", "targets", "simulation"},
+    "ros": BASE | {"vision", "motion", "pipeline", "targets"},
     "batch": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
     "evaluate": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets"},
     "studio": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets"},
-    "cli": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets", "batch", "evaluate", "studio"},
+    "cli": BASE
+    | {"vision", "drawing", "motion", "simulation", "pipeline", "targets"}
+    | {"batch", "evaluate", "ros", "studio"},
     "__init__": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
     "__main__": {"cli"},
     "vpype_plugin": BASE | {"pipeline"},
@@ -65,6 +68,19 @@ HEAVY = {
     "uvicorn": {"studio/serve.py"},
     "rosbags": {"targets/bag.py"},
     "websockets": {"studio/serve.py", "targets/bridge.py", "targets/fake_rosbridge.py"},
+    "rospy": {"ros/middleware.py"},
+    "rosgraph": {"ros/middleware.py"},
+    "actionlib": {"ros/middleware.py"},
+    "actionlib_msgs": {"ros/middleware.py"},
+    "genpy": {"ros/middleware.py"},
+    "geometry_msgs": {"ros/middleware.py"},
+    "nav_msgs": {"ros/middleware.py"},
+    "sensor_msgs": {"ros/middleware.py"},
+    "std_msgs": {"ros/middleware.py"},
+    "std_srvs": {"ros/middleware.py"},
+    "tf2_ros": {"ros/middleware.py"},
+    "trajectory_msgs": {"ros/middleware.py"},
+    "visualization_msgs": {"ros/middleware.py"},
 }
 
 
@@ -129,6 +145,7 @@ def test_heavy_packages_stay_in_their_place(path):
             "fsspec",
             "pyarrow",
             "rosbags",
+            "rospy",
             "websockets",
         ):
             assert not at_import, f"{where} must import {package} inside the function that needs it"

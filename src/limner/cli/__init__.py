@@ -26,6 +26,7 @@ COMMANDS = {
     "simulate": ("limner.cli.simulate", "Let a simulated robot arm draw, with physics and faults."),
     "send": ("limner.cli.send", "Draw on a plotter or with an arm."),
     "studio": ("limner.cli.studio", "Open the studio: from a photo to the machine, in the browser."),
+    "ros": ("limner.cli.ros", "Draw with an arm through ROS 1."),
     "train": ("limner.cli.train", "Train the models that limner ships."),
     "evaluate": ("limner.cli.evaluate", "Measure accuracy and speed."),
 }
@@ -101,6 +102,8 @@ def main() -> NoReturn:
         code = 0
     except LimnerError as error:
         code = _say(str(error), error.exit_code, debug)
+        for note in getattr(error, "__notes__", ()):
+            click.echo(f"limner: {note}", err=True)
     except MemoryError:
         code = _say("not enough memory for this; try a smaller photo or --crop", 4, debug)
     except Exception as error:

@@ -67,6 +67,7 @@ def drive(
     control: Control,
     watch: Watch,
     changes: Collection[int] = (),
+    resume: str = "--resume",
 ) -> Place:
     """Draw from the journal's place on.
 
@@ -82,6 +83,7 @@ def drive(
         control: looked at before every line.
         watch: told before every line.
         changes: strokes before which it pauses, since another pen must be put in.
+        resume: what the user asks for to go on, as messages say.
 
     Returns:
         Where to go on: beyond the last stroke when the drawing is finished, else where it was stopped, the pen up.
@@ -107,7 +109,7 @@ def drive(
     except NotConnected:
         raise
     except DeviceFailed as error:
-        raise DeviceFailed(f"{error}; {_after(device, journal, strokes)}") from error
+        raise DeviceFailed(f"{error}; {_after(device, journal, strokes, resume)}") from error
     except BaseException:
         device.abort()
         raise
@@ -116,8 +118,8 @@ def drive(
     return journal.place
 
 
-def _after(device: Device, journal: Journal, strokes: int) -> str:
+def _after(device: Device, journal: Journal, strokes: int, resume: str) -> str:
     pen = "the pen is up" if device.abort() else "pen state unknown: lift it by hand"
     if not journal.doubtful:
-        return f"{pen}; {journal.place.stroke} of {strokes} strokes are drawn, --resume goes on there"
-    return f"{pen}; it happened in stroke {journal.place.stroke + 1} of {strokes}, --resume draws that one again"
+        return f"{pen}; {journal.place.stroke} of {strokes} strokes are drawn, {resume} goes on there"
+    return f"{pen}; it happened in stroke {journal.place.stroke + 1} of {strokes}, {resume} draws that one again"

@@ -10,6 +10,7 @@ import numpy as np
 from limner.errors import CannotDraw, NothingToDraw
 from limner.motion.arm.check import check
 from limner.motion.arm.collide import deepest
+from limner.motion.arm.lift import raised
 from limner.motion.arm.paper import plane_of
 from limner.motion.arm.retime import RetimeSettings, joined, move
 from limner.motion.arm.robot import Robot
@@ -18,6 +19,8 @@ from limner.types import Floats, JointTrajectory
 _REST = 1e-6
 _CLEAR_M = 1e-3
 _SHARE = 0.99
+_OVER_M = 0.015
+_HIGHER_M = (0.0, 0.06, 0.12, 0.18)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +76,10 @@ class Legs:
         """(n, 3) where the pen's tip is [m], base frame."""
         return self.robot.forward(q)[:, :3, 3]
 
+    def height(self, q: Floats) -> float:
+        """How far [m] the tip at joint positions (dof,) is above where the pen is led on the paper."""
+        return float(_heights(self.robot, q[None], self.motion.q[self.ends[0][0]], self.up)[0])
+
     def lines_mm(self) -> tuple[Floats, ...]:
         """What each stroke draws, seen along the z axis of the arm's base."""
         return tuple(1000 * self.tips(self.motion.q[a : b + 1])[:, :2] for a, b in self.ends)
@@ -88,18 +95,31 @@ class Legs:
         return part
 
     def _led(self, way: list[Floats], touch: int) -> JointTrajectory:
-        """Straight in joint space from one pose to the next, nowhere lower than half as high as its ends."""
-        moves = [move(self.robot, a, b, self.settings) for a, b in itertools.pairwise(way) if (a != b).any()]
-        for part in moves:
-            heights = _heights(self.robot, part.q, self.motion.q[touch], self.up)
-            floor = 0.5 * min(heights[0], heights[-1])
+        """From one pose to the next, straight in joint space or by way of a place higher up.
+
+        Everywhere at least half as high over the sheet as the ends, or as ``_OVER_M``.
+        """
+        ways = [self._way(a, b, touch) for a, b in itertools.pairwise(way) if (a != b).any()]
+        return self._checked(joined([part for parts in ways for part in parts] or [_part(self.motion, 0, 0)]))
+
+    def _way(self, a: Floats, b: Floats, touch: int) -> list[JointTrajectory]:
+        ends = _heights(self.robot, np.array([a, b]), self.motion.q[touch], self.up)
+        floor = min(_OVER_M, 0.5 * float(ends.min()))
+        low = np.inf
+        for higher in _HIGHER_M:
+            via = raised(self.robot, (a, b)[int(ends.argmin())], higher) if higher else None
+            if higher and via is None:
+                continue
+            stops = [a, b] if via is None else [a, via, b]
+            parts = [move(self.robot, start, end, self.settings) for start, end in itertools.pairwise(stops)]
+            low = min(_heights(self.robot, part.q, self.motion.q[touch], self.up).min() for part in parts)
             # An arm that waits below the sheet knows its way around it no better than we do.
-            if floor > 0 and heights.min() < floor:
-                raise CannotDraw(
-                    f"trajectory: on its way to a stroke the pen would come down to {1000 * heights.min():.0f} mm over"
-                    " the sheet; bring the arm to the pose that the motion begins with"
-                )
-        return self._checked(joined(moves or [_part(self.motion, 0, 0)]))
+            if floor <= 0 or low >= floor:
+                return parts
+        raise CannotDraw(
+            f"trajectory: on its way to a stroke the pen would come down to {1000 * low:.0f} mm over the sheet;"
+            " bring the arm to the pose that the motion begins with"
+        )
 
     def _halted(self, a: int, b: int, *, starting: bool) -> JointTrajectory:
         """The way between two samples, at rest at both: the arm starts evenly from a cut, or slows down evenly to it.

@@ -1,0 +1,325 @@
+"""``limner ros node``: images, strokes and service calls in; portraits, motions, a drawing arm out. No logic here."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from limner import transforms
+from limner.errors import BadInput, LimnerError
+from limner.motion.arm.legs import Legs
+from limner.motion.arm.plan import ArmPlan
+from limner.motion.arm.robot import SAFE, Robot
+from limner.motion.arm.robots import load_robot
+from limner.pipeline import Portrait
+from limner.ros import messages, parameters, pictures
+from limner.ros.arm import Link, RosArm
+from limner.ros.begin import begin, end
+from limner.ros.desk import Desk
+from limner.ros.feed import JointFeed
+from limner.ros.ink import InkTrail
+from limner.ros.links import RATE_HZ, ActionLink, PreviewLink, TopicLink, motion_message
+from limner.ros.master import keep_registered
+from limner.ros.middleware import ros
+from limner.ros.simulated import SimulatedArm
+from limner.targets import files, image
+from limner.targets.recording import PAPER
+from limner.types import Drawing, Floats, Pen, Photo
+from limner.vision.photo import load_photo
+
+NAME = "limner"
+TICK_HZ = 10
+
+PORTRAIT_PX_MM = 4.0
+"""Resolution of the picture on the topic portrait."""
+
+_BUFFER = 2**26
+_BASE = "base_link"
+
+
+class Node:
+    """The node: hands messages to its ``Desk``, and tells what happens there."""
+
+    def __init__(self) -> None:
+        r = ros()
+        self._given = self._parameters()
+        self._fixed, self._robot = parameters.fixed(self._given)
+        self._feed = JointFeed(self._robot.joints)
+        self._link = self._linked()
+        self._desk = Desk(self._arm, self._fixed.journal, self)
+        self._trail: InkTrail | None = None
+        self._plan: ArmPlan | None = None
+        self._ink, self._said, self._share = pictures.ink(Pen().width_mm), "", -1.0
+        self._lock = threading.Lock()
+        self._publish = {
+            "portrait": self._topic("portrait", r.sensor.Image),
+            "strokes": self._topic("strokes", r.visual.MarkerArray),
+            "path": self._topic("path", r.nav.Path),
+            "trajectory": self._topic("trajectory", r.trajectory.JointTrajectory),
+            "ink": self._topic("ink", r.visual.Marker),
+            "progress": self._topic("progress", r.std.Float32),
+            "status": self._topic("status", r.std.String),
+        }
+        self._static, self._moving = r.tf.StaticTransformBroadcaster(), r.tf.TransformBroadcaster()
+        self._subscribe()
+        self._serve()
+
+    def run(self) -> None:
+        """Until ROS ends; then the arm is stopped, its pen raised."""
+        r = ros()
+        keep_registered(self.status)
+        self._first()
+        rate = r.rospy.Rate(TICK_HZ)
+        try:
+            while not r.rospy.is_shutdown():
+                self._tick()
+                rate.sleep()
+        except (KeyboardInterrupt, r.rospy.ROSInterruptException):
+            pass
+        finally:
+            if self._desk.busy:
+                self._try(self._desk.stop)
+
+    # What the desk tells.
+
+    def drawn(self, drawing: Drawing, portrait: Portrait | None) -> None:
+        """There is a new drawing: its picture and its strokes."""
+        picture = Photo(image.to_rgb(drawing, PORTRAIT_PX_MM))
+        self._publish["portrait"].publish(messages.fill_image(self._stamped(ros().sensor.Image()), picture))
+        self._publish["strokes"].publish(pictures.strokes(drawing))
+
+    def planned(self, plan: ArmPlan) -> None:
+        """There is a new plan: the sheet's frame, the pen's path, the joints' motion."""
+        with self._lock:
+            self._plan = plan
+            self._trail = InkTrail(self._robot, plan.placement)
+            self._ink = pictures.ink(self._pen_mm())
+        self._send_static(plan)
+        self._publish["ink"].publish(self._ink)
+        self._publish["path"].publish(pictures.path(plan.path.points_mm))
+        self._publish["trajectory"].publish(self._stamped(motion_message(plan.trajectory)))
+
+    def begun(self) -> None:
+        """A sheet is begun: no ink yet."""
+        with self._lock:
+            assert self._plan is not None
+            self._feed.drain()
+            self._trail = InkTrail(self._robot, self._plan.placement)
+            self._ink = pictures.ink(self._pen_mm())
+            self._publish["ink"].publish(self._ink)
+
+    def progress(self, share: float) -> None:
+        """So much is done."""
+        if share != self._share:
+            self._share = share
+            self._publish["progress"].publish(share)
+
+    def status(self, text: str) -> None:
+        """What goes on, said once."""
+        if text != self._said:
+            self._said = text
+            ros().rospy.loginfo(text)
+            self._publish["status"].publish(text)
+
+    # What comes from outside.
+
+    def _on_image(self, message: Any) -> None:
+        def take() -> str:
+            self._desk.see(messages.to_photo(message))
+            return self._sketch_and_plan() if self._given.get("auto", True) else "image: taken; ~sketch draws it"
+
+        self._try(take)
+
+    def _on_stroke(self, message: Any) -> None:
+        def take() -> str:
+            page, pen = self._settings().page.page(), Pen(self._settings().page.pen_mm)
+            line = messages.to_stroke(message, page) if message.poses else np.zeros((0, 2))
+            self._desk.add_stroke(line, page, pen)
+            return ""
+
+        self._try(take)
+
+    def _on_joints(self, message: Any) -> None:
+        # Other arms, and grippers, report on the same topic.
+        if set(self._robot.joints) & set(message.name):
+            self._try(lambda: self._feed.take(message.name, message.position))
+
+    def _on_point(self, message: Any) -> None:
+        def take() -> str:
+            messages.check_frame("probed_point", message.header.frame_id, self._robot.base)
+            return self._desk.probe(np.array([message.point.x, message.point.y, message.point.z]))
+
+        self._try(take, self.status)
+
+    def _sketch(self) -> str:
+        return self._desk.sketch(self._settings())
+
+    def _make_plan(self) -> str:
+        return self._desk.plan(self._settings(), self._robot)
+
+    def _sketch_and_plan(self) -> str:
+        self._sketch()
+        return self._make_plan()
+
+    def _probe_here(self) -> str:
+        return self._desk.probe(self._robot.forward(self._feed.q())[:3, 3])
+
+    def _first(self) -> None:
+        """Draw the photo or plan the drawing that a parameter names; else load what the first photo will need."""
+        photo, drawing = self._given.get("photo"), self._given.get("drawing")
+
+        def take() -> str:
+            if photo:
+                self._desk.see(load_photo(str(photo)))
+                return self._sketch_and_plan()
+            self._desk.take(files.read_drawing(str(drawing)))
+            return self._make_plan()
+
+        self._send_static(None)
+        if photo or drawing:
+            self._try(take)
+        else:
+            self._try(lambda: self._desk.warm(self._settings(), self._robot))
+
+    # ROS.
+
+    def _subscribe(self) -> None:
+        r, subscribe = ros(), ros().rospy.Subscriber
+        subscribe("image", r.sensor.Image, self._on_image, queue_size=1, buff_size=_BUFFER)
+        subscribe("drawing", r.nav.Path, self._on_stroke)
+        subscribe("probed_point", r.geometry.PointStamped, self._on_point)
+        if self._fixed.target != "none":
+            subscribe("joint_states", r.sensor.JointState, self._on_joints, tcp_nodelay=True)
+
+    def _serve(self) -> None:
+        desk = self._desk
+        for name, wish in (
+            ("sketch", self._sketch),
+            ("plan", self._make_plan),
+            ("start", desk.start),
+            ("pause", desk.pause),
+            ("resume", desk.resume),
+            ("stop", desk.stop),
+            ("calibrate_point", self._probe_here),
+            ("calibrate_clear", desk.forget_points),
+        ):
+            ros().rospy.Service(f"~{name}", ros().srvs.Trigger, self._handler(wish))
+
+    def _handler(self, wish: Callable[[], str]) -> Callable[[Any], Any]:
+        def handle(_: Any) -> Any:
+            try:
+                return ros().srvs.TriggerResponse(True, wish())
+            except LimnerError as error:
+                ros().rospy.logwarn(str(error))
+                return ros().srvs.TriggerResponse(False, str(error))
+
+        return handle
+
+    def _try(self, wish: Callable[[], str | None], told: Callable[[str], None] = lambda text: None) -> None:
+        """What a message asks for; a refusal is told as status."""
+        try:
+            told(wish() or "")
+        except LimnerError as error:
+            self.status(f"refused: {error}")
+
+    def _topic(self, name: str, kind: Any) -> Any:
+        return ros().rospy.Publisher(name, kind, queue_size=10, latch=True)
+
+    def _stamped(self, message: Any) -> Any:
+        message.header.stamp = ros().rospy.Time.now()
+        return message
+
+    def _parameters(self) -> dict[str, Any]:
+        found = ros().rospy.get_param("~", {})
+        if not isinstance(found, dict):
+            raise BadInput(f"parameters of the node are {found!r}, expected a tree of names")
+        return found
+
+    def _settings(self) -> Any:
+        """Parameters as they are now; as they were last where the master is away."""
+        try:
+            self._given = self._parameters()
+        except OSError:
+            ros().rospy.logwarn("the ROS master is gone; parameters as they were")
+        return parameters.settings(self._given)
+
+    def _pen_mm(self) -> float:
+        return float(parameters.settings(self._given).page.pen_mm)
+
+    def _arm(self, route: Legs) -> RosArm:
+        return RosArm(self._link, self._feed, route)
+
+    def _linked(self) -> Link:
+        if self._fixed.target == "action":
+            return ActionLink(self._fixed.controller)
+        if self._fixed.target == "command":
+            return TopicLink(self._fixed.controller, self._feed)
+        start = self._robot.poses.get(SAFE, np.zeros(self._robot.dof))
+        publisher = ros().rospy.Publisher("joint_states", ros().sensor.JointState, queue_size=RATE_HZ)
+
+        def report(q: Floats) -> None:
+            self._feed.take(self._robot.joints, q.tolist())
+            message = ros().sensor.JointState(name=list(self._robot.joints), position=q.tolist())
+            publisher.publish(self._stamped(message))
+
+        preview = PreviewLink(SimulatedArm(self._robot, start), report)
+        threading.Thread(target=preview.run, daemon=True).start()
+        return preview
+
+    def _tick(self) -> None:
+        """The ink that has come, and where the pen is."""
+        with self._lock:
+            positions = self._feed.drain()
+            new = self._trail.take(positions) if self._trail and self._desk.busy else np.zeros((0, 2, 2))
+            if len(new):
+                self._ink.points += pictures.segments(new)
+                self._ink.header.stamp = ros().rospy.Time.now()
+                self._publish["ink"].publish(self._ink)
+            if positions and self._plan and self._fixed.tf == "chain":
+                self._send_tip(self._plan, positions[-1])
+
+    def _send_static(self, plan: ArmPlan | None) -> None:
+        """The fixed frames that the node answers for; without a plan those above the sheet."""
+        fixed = _above(self._fixed.robot, self._robot) if self._fixed.tf == "chain" else []
+        if plan is not None:
+            fixed.append(_frame(self._robot.base, PAPER, plan.placement.base_from_paper))
+        if fixed:
+            self._static.sendTransform(fixed)
+
+    def _send_tip(self, plan: ArmPlan, q: Floats) -> None:
+        paper_from_tip = transforms.inverse(plan.placement.base_from_paper) @ self._robot.forward(q)
+        self._moving.sendTransform(_frame(PAPER, self._robot.tip, paper_from_tip))
+
+
+def _above(name: str, robot: Robot) -> list[Any]:
+    """The arm's base in the robot's, where the robot has one."""
+    if robot.base == _BASE:
+        return []
+    try:
+        whole = load_robot(name, base=_BASE)
+    except BadInput:
+        return []
+    return [_frame(_BASE, robot.base, whole.before[0] @ transforms.inverse(robot.before[0]))]
+
+
+def _frame(parent: str, child: str, matrix: Floats) -> Any:
+    return pictures.frame(parent, child, matrix, transforms.to_quaternion(matrix[:3, :3]))
+
+
+def run(arguments: list[str]) -> None:
+    """Run the node until ROS ends.
+
+    Args:
+        arguments: names and parameters as ROS takes them: ``image:=/camera/image``, ``_style:=gabor``.
+
+    Raises:
+        LimnerError: ROS is not there, or a parameter is wrong.
+    """
+    begin(NAME, arguments)
+    try:
+        Node().run()
+    finally:
+        end()
