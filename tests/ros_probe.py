@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import sys
 import threading
+import time
 
 import actionlib
 import numpy as np
@@ -87,7 +88,8 @@ class Probe:
     def hear(self, message, name):
         with self.lock:
             keep = self.heard[name] if name in ("status", "progress", "joint_states") else []
-            self.heard[name] = [*keep, message][-20_000:]
+            if name != "strokes" or len(message.markers) > 1:
+                self.heard[name] = [*keep, message][-20_000:]
             self.counts[name] += 1
 
     def do_connected(self):
@@ -141,7 +143,7 @@ class Probe:
         r = ros()
         if self.client is None:
             name = f"{controller}/follow_joint_trajectory"
-            self.client = actionlib.SimpleActionClient(name, r.control.FollowJointTrajectoryAction)
+            self.client = actionlib.ActionClient(name, r.control.FollowJointTrajectoryAction)
             assert self.client.wait_for_server(rospy.Duration(10))
         zeros = [0.0] * len(names) if velocities else []
         points = [
@@ -149,8 +151,12 @@ class Probe:
             for row, s in zip(q, t, strict=True)
         ]
         goal = r.control.FollowJointTrajectoryGoal(trajectory=JointTrajectory(joint_names=names, points=points))
-        state = self.client.send_goal_and_wait(goal, rospy.Duration(20))
-        return [state, self.client.get_goal_status_text()]
+        handle = self.client.send_goal(goal)
+        for _ in range(1000):
+            if handle.get_comm_state() == actionlib.CommState.DONE:
+                break
+            time.sleep(0.02)
+        return [handle.get_goal_status(), handle.get_goal_status_text()]
 
     def do_frame(self, target, source):
         try:

@@ -15,6 +15,7 @@ from limner.cli import options
 from limner.cli.gallery import gallery
 from limner.cli.landmarks import landmarks
 from limner.cli.likeness import likeness
+from limner.cli.progress import bars
 from limner.cli.tables import figures, tables
 from limner.cli.thesis import thesis
 from limner.evaluate.false_alarms import sample_folder
@@ -83,6 +84,34 @@ def astronaut() -> Path:
         MissingExtra: scikit-image is not installed.
     """
     return sample_folder() / "astronaut.png"
+
+
+@evaluate.command("ros")
+@click.argument("photo", metavar="[PHOTO]", required=False)
+@click.option(
+    "--portraits", type=click.IntRange(2), default=20, metavar="N", help="Drawn one after the other. Default: 20."
+)
+@options.json_option
+def measure_ros(photo: str | None, portraits: int, as_json: bool) -> None:
+    """Measure `limner ros` with a master of its own: from a photo's message to its trajectory, jitter, memory."""
+    from limner.ros import measure
+
+    with bars() as watch:
+        found = measure.measure(
+            load_photo(photo or astronaut()), portraits, lambda done: watch("portraits", done, portraits, "")
+        )
+    if as_json:
+        click.echo(json.dumps({"ros": dataclasses.asdict(found)}))
+        return
+    rows = [
+        Row("photo message to trajectory", found.photo_to_trajectory_s, "s", 3),
+        Row("the same, CPU time of the node", found.photo_to_trajectory_cpu_s, "s", None),
+        Row("joint states", found.joint_states_hz, "Hz", None),
+        Row("jitter of joint states, median", found.jitter_ms, "ms", 5),
+        Row("the same, 95 % within", found.jitter_p95_ms, "ms", None),
+        Row(f"memory of the node grows over {found.portraits} portraits by", found.growth_mb, "MB", 60),
+    ]
+    Console(highlight=False).print(speed_table(rows, "limner ros", digits=2))
 
 
 evaluate.add_command(landmarks)

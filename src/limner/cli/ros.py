@@ -35,3 +35,23 @@ def controller(arguments: tuple[str, ...]) -> None:
     from limner.ros import controller as controllers
 
     controllers.run(list(arguments))
+
+
+@ros.command(context_settings=_ARGUMENTS)
+@click.argument("source", metavar="PHOTO|DRAWING")
+@click.argument("arguments", metavar="[NAME:=VALUE]...", nargs=-1, type=click.UNPROCESSED)
+@click.option("--robot", default="dumbo", metavar="NAME", help="The arm, or a URDF of your own. Default: dumbo.")
+@click.option("--rviz/--no-rviz", default=True, help="Show it in rviz. Default: do.")
+@click.option("--once", is_flag=True, help="End when the drawing is drawn.")
+@click.option(
+    "--speed", type=click.FloatRange(0.1, 20), default=1.0, metavar="X", help="Of the arm's time. Default: 1."
+)
+def demo(source: str, arguments: tuple[str, ...], robot: str, rviz: bool, once: bool, speed: float) -> None:
+    """All of it, without hardware: a master if none answers, a simulated arm, the node and rviz; Ctrl-C ends them.
+
+    The arm draws as soon as the drawing is planned. NAME:=VALUE goes to the node: _style:=gabor, _points:=300.
+    """
+    from limner.ros import demo as demonstration
+
+    show = demonstration.Show(source, robot, rviz, once, speed, arguments)
+    demonstration.run(show, lambda text: click.echo(text, err=True))

@@ -16,6 +16,9 @@ from limner.ros.feed import JointFeed
 from limner.types import Floats, JointTrajectory
 
 LOOK_S = 0.02
+HEAR_S = 3.0
+"""How long joints are waited for before anything moves."""
+
 STUCK_S = 5.0
 """An arm that was given a motion and does not move for so long is stuck."""
 
@@ -65,7 +68,15 @@ class RosArm:
             DeviceFailed: they are not.
         """
         self._link.open()
-        self._q()
+        deadline = time.monotonic() + HEAR_S
+        while True:
+            try:
+                self._q()
+                return
+            except DeviceFailed:
+                if time.monotonic() > deadline:
+                    raise
+            time.sleep(LOOK_S)
 
     def draw(self, index: int, stopping: Callable[[], bool]) -> bool:
         """Go to a stroke if the arm is not there, and draw it.

@@ -25,6 +25,11 @@ def begin(name: str, arguments: list[str]) -> None:
         raise DeviceFailed(f"no ROS master at {r.rosgraph.get_master_uri()}; start one: rosmaster --core, or roscore")
     # Our own end comes first: the arm is stopped while its topics still work.
     r.rospy.init_node(name, argv=["limner", *arguments], disable_signals=True)
+    end_on_sigterm()
+
+
+def end_on_sigterm() -> None:
+    """Have this process end when it is told to as it does by Ctrl-C."""
     signal.signal(signal.SIGTERM, _interrupt)
 
 

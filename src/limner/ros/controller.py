@@ -25,7 +25,8 @@ class Controller:
     """The node: hands goals to a ``SimulatedArm``, and tells where it is.
 
     Parameters: ``robot``, ``controller`` (its name), ``start`` (a pose by name, or joint positions), ``speed`` (how
-    much faster than real the arm's time goes; joints are reported as much more often).
+    much faster than real the arm's time goes; joints are reported as much more often), ``also`` (joints that are
+    reported at rest, such as the slide of a sprung pen).
     """
 
     def __init__(self) -> None:
@@ -33,6 +34,7 @@ class Controller:
         self._robot = load_robot(str(get("~robot", "dumbo")))
         self._arm = SimulatedArm(self._robot, _pose(self._robot, get("~start", SAFE)))
         self._speed = float(get("~speed", 1.0))
+        self._also = [str(name) for name in get("~also", [])]
         name = str(get("~controller", self._robot.controller or "arm_controller"))
         self._lock = threading.RLock()
         self._goal: Any = None
@@ -114,7 +116,8 @@ class Controller:
         r = ros()
         now = r.rospy.Time.now()
         q, qd = self._arm.q.tolist(), self._arm.qd.tolist()
-        state = r.sensor.JointState(name=list(self._robot.joints), position=q, velocity=qd)
+        still = [0.0] * len(self._also)
+        state = r.sensor.JointState(name=[*self._robot.joints, *self._also], position=q + still, velocity=qd + still)
         state.header.stamp = now
         self._states.publish(state)
         with self._lock:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -32,6 +33,9 @@ from limner.vision.photo import load_photo
 
 NAME = "limner"
 TICK_HZ = 10
+AGAIN_S = 2
+"""How often strokes are told again: rviz drops markers that come before the frame of their sheet."""
+
 
 PORTRAIT_PX_MM = 4.0
 """Resolution of the picture on the topic portrait."""
@@ -52,6 +56,7 @@ class Node:
         self._desk = Desk(self._arm, self._fixed.journal, self)
         self._trail: InkTrail | None = None
         self._plan: ArmPlan | None = None
+        self._strokes: Any = None
         self._ink, self._said, self._share = pictures.ink(Pen().width_mm), "", -1.0
         self._lock = threading.Lock()
         self._publish = {
@@ -74,8 +79,12 @@ class Node:
         self._first()
         rate = r.rospy.Rate(TICK_HZ)
         try:
-            while not r.rospy.is_shutdown():
+            for turn in itertools.count():
+                if r.rospy.is_shutdown():
+                    break
                 self._tick()
+                if turn % (TICK_HZ * AGAIN_S) == 0 and self._strokes:
+                    self._publish["strokes"].publish(self._strokes)
                 rate.sleep()
         except (KeyboardInterrupt, r.rospy.ROSInterruptException):
             pass
@@ -89,7 +98,9 @@ class Node:
         """There is a new drawing: its picture and its strokes."""
         picture = Photo(image.to_rgb(drawing, PORTRAIT_PX_MM))
         self._publish["portrait"].publish(messages.fill_image(self._stamped(ros().sensor.Image()), picture))
-        self._publish["strokes"].publish(pictures.strokes(drawing))
+        self._strokes = pictures.strokes(drawing)
+        self._publish["strokes"].publish(pictures.nothing())
+        self._publish["strokes"].publish(self._strokes)
 
     def planned(self, plan: ArmPlan) -> None:
         """There is a new plan: the sheet's frame, the pen's path, the joints' motion."""

@@ -8,10 +8,7 @@ from limner.ros.middleware import ros
 from limner.targets.recording import PAPER
 from limner.types import Drawing, Floats
 
-THICK_M = 0.001
-"""The sheet in rviz."""
-
-_LINE_M = 0.0006
+_LINE_M = 0.0009
 _ABOVE_M = 0.0003
 _PLANNED = (0.55, 0.65, 0.85, 0.55)
 _INK = (0.05, 0.05, 0.12, 1.0)
@@ -27,17 +24,25 @@ def marker(namespace: str, kind: str, number: int = 0) -> Any:
 
 
 def strokes(drawing: Drawing) -> Any:
-    """The sheet, and a line for each stroke; strokes of earlier drawings go."""
-    clear = ros().visual.Marker(action=ros().visual.Marker.DELETEALL)
+    """The sheet, and a line for each stroke."""
     lines = [_stroke(number, line, drawing) for number, line in enumerate(drawing.lines_mm)]
-    return ros().visual.MarkerArray(markers=[clear, _sheet(drawing), *lines])
+    return ros().visual.MarkerArray(markers=[_sheet(drawing), *lines])
+
+
+def nothing() -> Any:
+    """Markers of an earlier drawing go."""
+    return ros().visual.MarkerArray(markers=[ros().visual.Marker(action=ros().visual.Marker.DELETEALL)])
 
 
 def _sheet(drawing: Drawing) -> Any:
-    found = marker("sheet", "CUBE")
-    found.scale.x, found.scale.y, found.scale.z = drawing.page.width_mm / 1000, drawing.page.height_mm / 1000, THICK_M
-    found.pose.position = point((found.scale.x / 2, found.scale.y / 2, -THICK_M / 2))
+    found = marker("sheet", "TRIANGLE_LIST")
+    found.scale.x = found.scale.y = found.scale.z = 1.0
     found.color = _colour(_WHITE)
+    right, top = drawing.page.width_mm / 1000, drawing.page.height_mm / 1000
+    corners = [(0, 0, 0), (right, 0, 0), (right, top, 0), (0, top, 0)]
+    found.points = [point(corners[k]) for k in (0, 1, 2, 0, 2, 3)]
+    # Corners with colours of their own are not shaded: paper stays white.
+    found.colors = [found.color] * 6
     return found
 
 
