@@ -83,6 +83,8 @@ class SimulatedArm:
 
     def _follow(self, motion: JointTrajectory, stopping: Callable[[], bool], stroke: int = -1) -> bool:
         seconds = float(motion.t_s[-1])
+        if stopping():
+            return False
         if seconds > 0:
             told = commands(motion, self._route.robot, self._settings, step_times(seconds))
             record = run(self._model, motion.q[0], told, self._settings)

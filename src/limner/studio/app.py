@@ -16,7 +16,7 @@ from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
-from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
@@ -27,6 +27,7 @@ from limner.studio.guard import Guard
 from limner.studio.hub import Hub, Listener
 from limner.studio.jobs import Jobs, Make, WrongState
 from limner.studio.live import Live
+from limner.studio.openapi import describe, document
 from limner.studio.queue import Queue
 from limner.studio.studio import NotThere, Studio
 from limner.studio.visitors import Visitor, Visitors
@@ -96,7 +97,7 @@ def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
 
         return Route(path, functools.wraps(handler)(endpoint), methods=list(methods) or ["GET"])
 
-    routes = [
+    routes: list[BaseRoute] = [
         Route("/", functools.partial(_page, name="booth.html" if studio.booth else "index.html")),
         Route("/operator", functools.partial(_page, name="operator.html")),
         at("/api/options", _options),
@@ -132,7 +133,9 @@ def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
         WebSocketRoute("/ws/operator", functools.partial(_socket, studio=studio)),
         *([Mount("/", StaticFiles(directory=PAGE))] if PAGE.is_dir() else []),
     ]
-    errors = {LimnerError: _limner_error, HTTPException: _http_error}
+    errors = {LimnerError: _limner_error, HTTPException: _http_error, Exception: _bug}
+    described = document(routes)
+    routes.insert(0, Route("/api/openapi.json", lambda request: JSONResponse(described)))
     app = Starlette(routes=routes, lifespan=life, exception_handlers=errors)  # type: ignore[arg-type]
     return Guard(app, studio.visitors, tokens, names)
 
@@ -143,7 +146,9 @@ async def _page(request: Request, *, name: str) -> Response:
     return FileResponse(PAGE / name)
 
 
+@describe("Anything")
 async def _options(studio: Studio, visitor: Visitor, request: Request) -> Response:
+    """All that the page offers: settings, sliders, presets, styles, machines, formats."""
     return JSONResponse(await studio.computer.ask("options"))
 
 
@@ -155,6 +160,11 @@ async def _limner_error(request: Request, error: LimnerError) -> Response:
 
 async def _http_error(request: Request, error: HTTPException) -> Response:
     return JSONResponse({"error": error.detail}, error.status_code, headers=dict(error.headers or {}))
+
+
+async def _bug(request: Request, error: Exception) -> Response:
+    """One line for who asked; the server tells the rest in its terminal."""
+    return JSONResponse({"error": f"a bug in limner: {type(error).__name__}; report it"}, 500)
 
 
 async def _socket(socket: WebSocket, *, studio: Studio) -> None:

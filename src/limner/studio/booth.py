@@ -10,6 +10,7 @@ from starlette.responses import JSONResponse, Response
 from limner.errors import BadInput
 from limner.studio.bodies import json_object
 from limner.studio.machine import commands, order_of
+from limner.studio.openapi import MAYBE_TEXT, TEXT, describe, listed, thing
 from limner.studio.queue import Goal, Queue
 from limner.studio.studio import NotThere, Studio, drawing_of
 from limner.studio.visitors import DRAWINGS, PHOTOS, Recent, Visitor
@@ -29,24 +30,28 @@ def queue_of(studio: Studio) -> Queue:
     return studio.queue
 
 
+@describe("Anything")
 async def about(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """How the page of the booth behaves."""
     queue_of(studio)
     return JSONResponse({"countdown_s": COUNTDOWN_S, "reset_s": RESET_S, "candidates": CANDIDATES})
 
 
+@describe(status=204)
 async def leave(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """A guest leaves: his photos and drawings are let go of; what he queued stays until it is drawn."""
     visitor.photos, visitor.drawings = Recent(PHOTOS), Recent(DRAWINGS)
     return Response(status_code=204)
 
 
+@describe(listed(queue="Entry"))
 async def queue(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """The queue, and what the machine does."""
     line = queue_of(studio)
     return JSONResponse({"queue": line.fields(visitor), "held": line.held, "job": studio.jobs.fields(visitor)})
 
 
+@describe("Entry", body=thing(("drawing",), drawing=TEXT, name=TEXT), status=201)
 async def join(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """Queue a drawing."""
     line, given = queue_of(studio), await json_object(request)
@@ -55,12 +60,14 @@ async def join(studio: Studio, visitor: Visitor, request: Request) -> Response:
     return JSONResponse(told, 201)
 
 
+@describe(status=204)
 async def withdraw(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """Take back one's own drawing."""
     queue_of(studio).remove(request.path_params["entry"], visitor)
     return Response(status_code=204)
 
 
+@describe(listed(queue="Entry"))
 async def overview(studio: Studio, operator: Visitor, request: Request) -> Response:
     """What the operator sees."""
     return _overview(studio, operator)
@@ -73,6 +80,7 @@ def _overview(studio: Studio, operator: Visitor) -> Response:
     return JSONResponse(told | goal)
 
 
+@describe(media="application/octet-stream")
 async def lines(studio: Studio, operator: Visitor, request: Request) -> Response:
     """The frame of lines of a drawing in the queue."""
     held = queue_of(studio).entry(request.path_params["entry"]).held
@@ -80,6 +88,7 @@ async def lines(studio: Studio, operator: Visitor, request: Request) -> Response
     return Response(frame, media_type="application/octet-stream")
 
 
+@describe(listed(queue="Entry"), body=thing(("to",), to=TEXT, machine=MAYBE_TEXT, robot=MAYBE_TEXT))
 async def target(studio: Studio, operator: Visitor, request: Request) -> Response:
     """Choose the machine of the booth."""
     line, given = queue_of(studio), await json_object(request)
@@ -88,6 +97,7 @@ async def target(studio: Studio, operator: Visitor, request: Request) -> Respons
     return _overview(studio, operator)
 
 
+@describe(listed(queue="Entry"), body=thing(("entry",), entry=TEXT))
 async def remove(studio: Studio, operator: Visitor, request: Request) -> Response:
     """Take anybody's drawing out of the queue."""
     line, given = queue_of(studio), await json_object(request)
@@ -97,6 +107,7 @@ async def remove(studio: Studio, operator: Visitor, request: Request) -> Respons
     return _overview(studio, operator)
 
 
+@describe(listed(queue="Entry"))
 async def command(studio: Studio, operator: Visitor, request: Request) -> Response:
     """Begin the next, hold or release the queue, skip, or command the machine."""
     line, name = queue_of(studio), request.path_params["command"]

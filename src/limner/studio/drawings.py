@@ -8,6 +8,7 @@ from starlette.responses import JSONResponse, Response
 from limner.studio.bodies import json_object
 from limner.studio.computer import SOON
 from limner.studio.live import checked_wish
+from limner.studio.openapi import describe, listed
 from limner.studio.studio import NotThere, Studio, drawing_of
 from limner.studio.visitors import Visitor
 
@@ -15,17 +16,20 @@ MEDIA = {"svg": "image/svg+xml", "png": "image/png", "gif": "image/gif", "mp4": 
 """Of formats that browsers know; the rest are bytes."""
 
 
+@describe("Drawing", body="Wish", status=201)
 async def keep(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """Keep the drawing of a wish, for sending and saving."""
     held = await studio.keep(visitor, checked_wish(await json_object(request)))
     return JSONResponse(held.about, 201)
 
 
+@describe(listed(drawings="Drawing"))
 async def recent(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """The drawings that were kept, the latest first."""
     return JSONResponse({"drawings": [held.about for held in visitor.drawings.latest()]})
 
 
+@describe(media="application/octet-stream")
 async def lines(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """The frame of lines of a drawing that was kept."""
     held = drawing_of(visitor, request.path_params["name"])
@@ -33,6 +37,7 @@ async def lines(studio: Studio, visitor: Visitor, request: Request) -> Response:
     return Response(frame, media_type="application/octet-stream")
 
 
+@describe(status=204)
 async def drop(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """Let go of a drawing."""
     if not visitor.drawings.drop(request.path_params["name"]):
@@ -40,6 +45,7 @@ async def drop(studio: Studio, visitor: Visitor, request: Request) -> Response:
     return Response(status_code=204)
 
 
+@describe(media="*/*")
 async def export(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """A drawing that was kept, as a file."""
     name, _, kind = request.path_params["file"].partition(".")
@@ -50,11 +56,13 @@ async def export(studio: Studio, visitor: Visitor, request: Request) -> Response
     return Response(data, media_type=MEDIA.get(kind, "application/octet-stream"), headers=saved)
 
 
+@describe("Anything")
 async def robot(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """A robot's joints and shapes."""
     return JSONResponse(await studio.planner.ask("robot", name=request.path_params["name"]))
 
 
+@describe(media="application/xml")
 async def urdf(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """A robot's URDF."""
     return Response(await studio.planner.ask("urdf", name=request.path_params["name"]), media_type="application/xml")

@@ -14,7 +14,7 @@ from urllib.parse import parse_qs, urlencode
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import cookie_parser
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from limner.studio.visitors import Visitors
@@ -76,7 +76,7 @@ class Guard:
         """400 for another name, 403 for another page."""
         headers = Headers(scope=scope)
         if not self._is_own_name(headers.get("host", "")):
-            return _plain("this server is not called that; open the address that limner studio printed", 400)
+            return _refused(scope, "this server is not called that; open the address that limner studio printed", 400)
         origin = headers.get("origin")
         if origin is None:
             # A browser sends Origin with every WebSocket; so what has none hides it.
@@ -86,7 +86,7 @@ class Guard:
         site = headers.get("sec-fetch-site", "none")
         entering = scope["type"] == "http" and scope["method"] == "GET" and scope["path"] in _DOORS
         if foreign or (site not in ("same-origin", "none") and not entering):
-            return _plain("another page may not do this", 403)
+            return _refused(scope, "another page may not do this", 403)
         return None
 
     def _is_own_name(self, host: str) -> bool:
@@ -119,7 +119,7 @@ class Guard:
         if visitor is None and not operator and not scope["path"].startswith(("/api", "/ws")):
             visitor = self._known(scope, "operator") if scope["path"] != "/" else None
         if visitor is None:
-            return _plain("no entry: open the address that limner studio printed, with its token", 401)
+            return _refused(scope, "no entry: open the address that limner studio printed, with its token", 401)
         scope["visitor"] = visitor
         return None
 
@@ -136,7 +136,9 @@ def _is_address(name: str) -> bool:
     return True
 
 
-def _plain(text: str, status: int) -> Response:
+def _refused(scope: Scope, text: str, status: int) -> Response:
+    if scope["path"].startswith("/api"):
+        return JSONResponse({"error": text}, status)
     return PlainTextResponse(text + "\n", status)
 
 

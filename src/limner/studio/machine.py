@@ -13,6 +13,7 @@ from starlette.responses import JSONResponse, Response
 from limner.errors import BadInput, MissingExtra
 from limner.studio.bodies import json_object
 from limner.studio.jobs import Jobs, Order
+from limner.studio.openapi import describe, listed
 from limner.studio.studio import NotThere, Studio, drawing_of
 from limner.studio.visitors import HeldDrawing, Visitor
 
@@ -35,6 +36,7 @@ SIMULATORS = (
 """Machines that are always there."""
 
 
+@describe("Job")
 async def job(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """What the machine does."""
     return _told(studio, visitor)
@@ -44,6 +46,7 @@ def _told(studio: Studio, visitor: Visitor) -> Response:
     return JSONResponse(studio.jobs.fields(visitor))
 
 
+@describe(listed(targets="Target"))
 async def targets(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """Where machines are."""
     simulated = [
@@ -73,6 +76,7 @@ def _ports() -> list[dict[str, str]]:
     ]
 
 
+@describe("Job", body="Order", status=201)
 async def start(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """Have a drawing drawn."""
     _not_in_a_booth(studio, visitor)
@@ -85,6 +89,7 @@ async def start(studio: Studio, visitor: Visitor, request: Request) -> Response:
     return JSONResponse(studio.jobs.fields(visitor), 201)
 
 
+@describe("Check", body="Order")
 async def check(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """What would be started, and what must be so before it is; nothing moves."""
     given = await json_object(request)
@@ -96,6 +101,7 @@ async def check(studio: Studio, visitor: Visitor, request: Request) -> Response:
     return JSONResponse(told | {"ask": list(CHECKLIST[kind])})
 
 
+@describe("Job")
 async def command(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """Pause, resume, cancel or clear."""
     _not_in_a_booth(studio, visitor)

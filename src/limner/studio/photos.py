@@ -7,21 +7,25 @@ from starlette.responses import JSONResponse, Response
 
 from limner.errors import BadInput
 from limner.studio.bodies import UPLOAD_BYTES, body, json_object
+from limner.studio.openapi import BOX, POINTS, describe, ref, thing
 from limner.studio.studio import NotThere, Studio, photo_of
 from limner.studio.visitors import Visitor
 
 
+@describe("Photo", body="bytes")
 async def take(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """Take a photo in: the bytes of its file are the body."""
     held = await studio.take(visitor, await body(request, UPLOAD_BYTES, "a photo"))
     return JSONResponse(held.about)
 
 
+@describe(media="image/jpeg")
 async def show(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """The photo as it is shown: upright, no larger than it is worked on."""
     return Response(photo_of(visitor, request.path_params["name"]).jpeg, media_type="image/jpeg")
 
 
+@describe(status=204)
 async def drop(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """Let go of a photo."""
     if not visitor.photos.drop(request.path_params["name"]):
@@ -29,6 +33,7 @@ async def drop(studio: Studio, visitor: Visitor, request: Request) -> Response:
     return Response(status_code=204)
 
 
+@describe(thing(("face",), face=ref("Face")), body=thing(index={"type": "integer"}, points_px=POINTS, box_px=BOX))
 async def place_face(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """A face by its place in the photo's faces, by 68 places, or by a box that a template is laid into."""
     held = photo_of(visitor, request.path_params["name"])
