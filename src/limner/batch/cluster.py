@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Executor, Future
+from typing import Any, TypeVar
 
 from limner import __version__
 from limner.batch.engine import Engine
-from limner.errors import BadInput, MissingExtra
+from limner.batch.workers import answer
+from limner.errors import BadInput, DeviceFailed, MissingExtra
+
+Result = TypeVar("Result")
 
 _PATIENCE = "10s"
 _LARGEST = "512MiB"
@@ -34,12 +38,41 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": _LARGEST}):
         client = _connected(Client, address)
         try:
-            executor = client.get_executor(pure=False)
+            executor = _Far(client.get_executor(pure=False))
             yield Engine(executor, _threads(client, address), (KilledWorker,), far=True)
-            executor.shutdown()
+        except CancelledError as error:
+            raise DeviceFailed(f"--scheduler {address}: the connection was lost; run again when it is back") from error
         finally:
             # Closing forgets the tasks of this client: nothing goes on behind our back.
             client.close()
+
+
+class _Far(Executor):
+    """Tasks on the workers; their errors come back bare, as a worker can hardly send all that led to them."""
+
+    def __init__(self, executor: Any) -> None:
+        self._executor = executor
+
+    def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
+        """As of any executor."""
+        outcome: Future[Result] = Future()
+        far = self._executor.submit(answer, fn, *args, **kwargs)
+        far.add_done_callback(lambda done: _hand_on(done, outcome))
+        return outcome
+
+
+def _hand_on(done: Future[tuple[bool, Any]], outcome: Future[Any]) -> None:
+    if not outcome.set_running_or_notify_cancel():
+        return
+    try:
+        good, result = done.result()
+    except BaseException as error:
+        outcome.set_exception(error)
+        return
+    if good:
+        outcome.set_result(result)
+    else:
+        outcome.set_exception(result)
 
 
 def _connected(kind: Any, address: str) -> Any:

@@ -59,8 +59,12 @@ def in_order(engine: Engine, work: Callable[[Item], Result], items: Iterable[Ite
     window: deque[Future[Result]] = deque()
     for item in itertools.islice(rest, engine.ahead):
         window.append(engine.executor.submit(work, item))
-    while window:
-        result = window.popleft().result()
-        for item in itertools.islice(rest, 1):
-            window.append(engine.executor.submit(work, item))
-        yield result
+    try:
+        while window:
+            result = window.popleft().result()
+            for item in itertools.islice(rest, 1):
+                window.append(engine.executor.submit(work, item))
+            yield result
+    finally:
+        for future in window:
+            future.cancel()

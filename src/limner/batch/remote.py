@@ -106,5 +106,7 @@ def _reached(url: str) -> tuple[Any, str]:
 
 
 def _said(error: Exception) -> str:
+    if isinstance(error, FileNotFoundError):
+        return "it is not there"
     text = " ".join(str(error).split()) or type(error).__name__
     return text[:_ONE_LINE]

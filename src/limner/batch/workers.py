@@ -145,7 +145,6 @@ def _serve(pipe: Connection) -> None:
     """The life of a worker: tasks from the pipe, results into it, until its other end closes."""
     # Ctrl-C reaches every process of the terminal; what it means is decided in one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    hold_threads()
     try:
         pipe.send_bytes(b"ready")
         while True:
@@ -156,13 +155,21 @@ def _serve(pipe: Connection) -> None:
 
 
 def _answered(task: bytes) -> bytes:
+    fn, args, kwargs = pickle.loads(task)
+    return pickle.dumps(answer(fn, *args, **kwargs), pickle.HIGHEST_PROTOCOL)
+
+
+def answer(fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> tuple[bool, Any]:
+    """Whether a task went well, and its result or its error, in a form that can go to another process."""
+    hold_threads()
     try:
-        fn, args, kwargs = pickle.loads(task)
-        return pickle.dumps((True, fn(*args, **kwargs)), pickle.HIGHEST_PROTOCOL)
+        return True, fn(*args, **kwargs)
     except Exception as error:
-        try:
-            told = pickle.dumps((False, error))
-            pickle.loads(told)
-        except Exception:
-            told = pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
-        return told
+        # What led to it may hold anything, open files too.
+        error.__cause__ = error.__context__ = None
+        bare = error.with_traceback(None)
+    try:
+        pickle.loads(pickle.dumps(bare))
+    except Exception:
+        return False, RuntimeError(f"{type(bare).__name__}: {bare}")
+    return False, bare

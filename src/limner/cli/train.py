@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +18,7 @@ from limner.cli.progress import bars
 from limner.cli.train_photos import best, likeness, shape
 from limner.vision.landmarks.fmp import scenes as fmp_scenes
 from limner.vision.landmarks.fmp.dataset import Sample, read_folder
+from limner.vision.landmarks.fmp.examples import Share
 from limner.vision.landmarks.fmp.matlab import import_matlab
 from limner.vision.landmarks.fmp.model import save_model
 from limner.vision.landmarks.fmp.training import TrainSettings, train as train_fmp
@@ -30,6 +34,11 @@ def train() -> None:
 @click.option("--scenes", multiple=True, metavar="DIR", help="Pictures without a face; may be repeated.")
 @click.option("--out", "-o", required=True, metavar="FILE", help="Where to, an .npz.")
 @click.option("--skip-bad", is_flag=True, help="Leave out, by name, faces that lack landmarks or a photo.")
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Compute features and search scenes on a Dask cluster that sees the same folders, such as tcp://host:8786.",
+)
 @options.settings_options
 @options.json_option
 @click.pass_context
@@ -39,6 +48,7 @@ def fmp(
     scenes: tuple[str, ...],
     out: str,
     skip_bad: bool,
+    scheduler: str | None,
     save_settings: Path | None,
     as_json: bool,
 ) -> None:
@@ -61,8 +71,8 @@ def fmp(
     for folder in scenes:
         pictures += fmp_scenes.of_folder(folder)
     state = Path(f"{out}.unfinished")
-    with bars() as watch:
-        trained = train_fmp(samples, pictures, settings, watch, state)
+    with shared(scheduler) as share, bars() as watch:
+        trained = train_fmp(samples, pictures, settings, watch, state, share)
     save_model(trained.model, out)
     state.unlink(missing_ok=True)
     rounds, curve = ([item.to_dict() for item in items] for items in (trained.rounds, trained.curve))
@@ -98,6 +108,19 @@ def import_model(file: str, out: str, as_json: bool) -> None:
     else:
         filters = f"{len(model.filters)} filters of {len(parts)} views with {min(parts)} to {max(parts)} parts"
         click.echo(f"{out}: {filters}", err=True)
+
+
+@contextlib.contextmanager
+def shared(scheduler: str | None) -> Iterator[Share]:
+    """What does the work: this process, or a cluster."""
+    if scheduler is None:
+        yield map
+        return
+    from limner.batch.cluster import cluster_engine
+    from limner.batch.engine import in_order
+
+    with cluster_engine(scheduler) as engine:
+        yield partial(in_order, engine)
 
 
 def annotated(folders: tuple[str, ...], skip_bad: bool) -> list[Sample]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,10 @@ from limner.vision.landmarks.fmp.train_settings import TrainSettings
 
 Watch = Callable[[str, int, int, str], None]
 """Told of progress: what is being done, how much of it is done, of how much, and a few words."""
+
+
+Share = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+"""``map``, or what does the same by many processes; what it is given can be pickled."""
 
 
 def silent(what: str, done: int, total: int, note: str) -> None:
@@ -87,8 +92,10 @@ class Examples:
         scenes: Sequence[Scene],
         settings: TrainSettings,
         watch: Watch = silent,
+        share: Share = map,
     ) -> None:
         self.model, self.faces, self.scenes, self.settings, self.watch = model, faces, scenes, settings, watch
+        self.share = share
         self.layout = Layout.of(model.components)
         self.placed: list[Placed] = []
         self.start = self.layout.pack(model)
@@ -152,9 +159,11 @@ class Examples:
 
     def _gather(self, floor: float, scenes: Sequence[int]) -> Found:
         settings, found = self.settings, Found()
-        for done, k in enumerate(scenes):
+        work = partial(_mined, model=self.model, floor=floor, settings=settings)
+        mined = self.share(work, [self.scenes[k] for k in scenes])
+        self.watch("negatives", 0, len(scenes), "0 found")
+        for done, (k, new) in enumerate(zip(scenes, mined, strict=True)):
             self.watch("negatives", done, len(scenes), f"{len(found)} found")
-            new = mine(self.scenes[k], self.model, floor, settings.scene_px, settings.interval, settings.per_scene)
             held = self.problem.megabytes + sum(negative.features.nbytes for _, negative in found) / 2**20
             if held > settings.memory_mb:
                 break
@@ -230,6 +239,10 @@ class Examples:
         self.problem.keep(~idle)
         self.placed = [at for at, drop in zip(self.placed, idle, strict=True) if not drop]
         return report
+
+
+def _mined(scene: Scene, model: FmpModel, floor: float, settings: TrainSettings) -> list[Negative]:
+    return mine(scene, model, floor, settings.scene_px, settings.interval, settings.per_scene)
 
 
 _FACES_BELOW = 5

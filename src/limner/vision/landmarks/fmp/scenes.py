@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,7 @@ def read_image(path: str | Path) -> Picture:
 
 
 def _reader(path: Path) -> Callable[[], Picture]:
-    return lambda: read_image(path)
+    return partial(read_image, path)
 
 
 def of_samples(samples: Sequence[Sample]) -> list[Scene]:
@@ -89,8 +90,8 @@ def sample_pictures() -> list[Scene]:
 
 def textures(count: int, seed: int, size: int = 400) -> list[Scene]:
     """``count`` made-up pictures: clouds, stripes, blobs, walls of panes, rings, signs and so on."""
+    return [Scene(f"texture-{k}", partial(_texture, k, seed, size), np.zeros((0, 4))) for k in range(count)]
 
-    def reader(k: int) -> Callable[[], Picture]:
-        return lambda: texture(k, np.random.default_rng([seed, k]), size)
 
-    return [Scene(f"texture-{k}", reader(k), np.zeros((0, 4))) for k in range(count)]
+def _texture(k: int, seed: int, size: int) -> Picture:
+    return texture(k, np.random.default_rng([seed, k]), size)

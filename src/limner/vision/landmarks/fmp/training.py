@@ -6,6 +6,7 @@ import dataclasses
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +18,13 @@ from limner.types import Floats
 from limner.vision.landmarks.fmp import checkpoint, initial
 from limner.vision.landmarks.fmp.completion import completed
 from limner.vision.landmarks.fmp.dataset import Sample
-from limner.vision.landmarks.fmp.examples import FLOOR, Examples, Round, Watch, silent
+from limner.vision.landmarks.fmp.examples import FLOOR, Examples, Round, Share, Watch, silent
 from limner.vision.landmarks.fmp.hog import CHANNELS
 from limner.vision.landmarks.fmp.layout import SIZE
 from limner.vision.landmarks.fmp.learning import Learned, learning_curve
 from limner.vision.landmarks.fmp.mining import levels
 from limner.vision.landmarks.fmp.model import Component, FmpModel
-from limner.vision.landmarks.fmp.positives import Positive, show, views
+from limner.vision.landmarks.fmp.positives import Positive, View, show, views
 from limner.vision.landmarks.fmp.pyramid import FILTER
 from limner.vision.landmarks.fmp.scenes import Scene, read_image
 from limner.vision.landmarks.fmp.train_settings import TrainSettings as TrainSettings
@@ -54,6 +55,7 @@ def train(
     settings: TrainSettings,
     watch: Watch = silent,
     state: Path | None = None,
+    share: Share = map,
 ) -> Trained:
     """Train a model (thesis 3.2.1, eq. 3.4 and 3.5).
 
@@ -67,6 +69,7 @@ def train(
         settings: how.
         watch: told of progress.
         state: file that keeps what each round reached: an interrupted training goes on from there and ends the same.
+        share: by what features are computed and scenes searched, for instance by the processes of a cluster.
 
     Raises:
         BadInput: no face, no scene, or a state of another training.
@@ -78,17 +81,18 @@ def train(
     ticket = checkpoint.ticket(settings, names)
     rng = np.random.default_rng(settings.seed)
     scenes = [scenes[k] for k in rng.permutation(len(scenes))[: settings.scenes * max(settings.rounds, 1)]]
-    faces = show_all(samples, settings, rng, watch)
+    faces = show_all(samples, settings, rng, watch, share)
     rounds: list[Round] = []
     if state and state.is_file():
         saved = checkpoint.load(state, ticket)
         rounds, curve = list(saved.rounds), saved.curve
-        examples = Examples(saved.model, faces, scenes, settings, watch)
+        examples = Examples(saved.model, faces, scenes, settings, watch, share)
         examples.restore(saved.start, saved.placed, saved.groups, saved.alpha)
     else:
-        background = initial.Background.of(_maps(scenes[: settings.scenes], settings, watch), settings.patches, rng)
+        maps = _maps(scenes[: settings.scenes], settings, watch, share)
+        background = initial.Background.of(maps, settings.patches, rng)
         curve = learning_curve(faces, settings.stiffness, background, rng)
-        examples = Examples(first_model(faces, background, settings), faces, scenes, settings, watch)
+        examples = Examples(first_model(faces, background, settings), faces, scenes, settings, watch, share)
     while len(rounds) < settings.rounds:
         rounds.append(examples.round(len(rounds)))
         if state:
@@ -104,16 +108,21 @@ def train(
 
 
 def show_all(
-    samples: Sequence[Sample], settings: TrainSettings, rng: np.random.Generator, watch: Watch
+    samples: Sequence[Sample], settings: TrainSettings, rng: np.random.Generator, watch: Watch, share: Share = map
 ) -> list[Positive]:
     """All views of all faces."""
-    faces = []
-    for k, sample in enumerate(samples):
-        watch("faces", k, len(samples), sample.path.name)
-        some = list(views(settings.poses, settings.views, settings.zoom, rng))
-        faces += show(sample, read_image(sample.path), some, settings.eye_cells, settings.cell_px)
+    faces: list[Positive] = []
+    each = [(sample, list(views(settings.poses, settings.views, settings.zoom, rng))) for sample in samples]
+    for k, some in enumerate(share(partial(_shown, settings=settings), each)):
+        watch("faces", k, len(samples), samples[k].path.name)
+        faces += some
     watch("faces", len(samples), len(samples), f"{len(faces)} views")
     return faces
+
+
+def _shown(of: tuple[Sample, list[View]], settings: TrainSettings) -> list[Positive]:
+    sample, some = of
+    return show(sample, read_image(sample.path), some, settings.eye_cells, settings.cell_px)
 
 
 def first_model(faces: Sequence[Positive], background: initial.Background, settings: TrainSettings) -> FmpModel:
@@ -133,14 +142,18 @@ def first_model(faces: Sequence[Positive], background: initial.Background, setti
     return FmpModel(pool, tuple(components), 0.0, settings.interval, settings.cell_px)
 
 
-def _maps(scenes: Sequence[Scene], settings: TrainSettings, watch: Watch) -> list[NDArray[np.float32]]:
-    maps = []
-    for k, scene in enumerate(scenes):
-        watch("background", k, len(scenes), scene.name)
-        found, _ = levels(scene, settings.scene_px, 1, settings.cell_px)
-        maps += [level.features for level in found if min(level.features.shape[:2]) > 2 * FILTER]
+def _maps(scenes: Sequence[Scene], settings: TrainSettings, watch: Watch, share: Share) -> list[NDArray[np.float32]]:
+    maps: list[NDArray[np.float32]] = []
+    for k, some in enumerate(share(partial(_background, settings=settings), scenes)):
+        watch("background", k, len(scenes), scenes[k].name)
+        maps += some
     watch("background", len(scenes), len(scenes), f"{len(maps)} maps")
     return maps
+
+
+def _background(scene: Scene, settings: TrainSettings) -> list[NDArray[np.float32]]:
+    found, _ = levels(scene, settings.scene_px, 1, settings.cell_px)
+    return [level.features for level in found if min(level.features.shape[:2]) > 2 * FILTER]
 
 
 def _source(sample: Sample) -> str:
