@@ -1,7 +1,7 @@
 # make demo   set up .venv, then draw the astronaut
 # make test   set up .venv, then run every test
 # make lint   the linters and the type checker
-# make bench  measure speed and memory, print a table (MODELS=DIR: the face models of Zhu & Ramanan too)
+# make bench  measure speed and memory, print a table, write docs/benchmarks.md (MODELS=DIR: the face models of Zhu & Ramanan too)
 # make docs   the documentation as a site, into build/site
 # make reference  the pages of it that are made from the program
 # make dist   build sdist and wheel into dist
@@ -58,7 +58,7 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy
 
 bench: $(VENV)/.dev
-	@$(BIN)/limner evaluate speed $(if $(MODELS),--models $(MODELS))
+	@$(BIN)/limner evaluate speed --batch 40 --write docs $(if $(MODELS),--models $(MODELS))
 	@$(BIN)/limner evaluate strokes
 
 docs: $(VENV)/.dev reference

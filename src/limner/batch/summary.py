@@ -30,6 +30,7 @@ class Summary:
         errors: how often each was met.
         shown: the first rows, for the contact sheet.
         broken: the first rows with errors, for the contact sheet.
+        first, last: when the first row came, and the last.
         room: how many rows of either kind are held.
     """
 
@@ -46,11 +47,15 @@ class Summary:
     shown: list[Told] = field(default_factory=list)
     broken: list[Told] = field(default_factory=list)
     began: float = field(default_factory=time.monotonic)
+    first: float | None = None
+    last: float = 0.0
 
     def add(self, told: Told) -> None:
         """Count a row."""
         row = told.row
         self.photos += 1
+        self.last = time.monotonic()
+        self.first = self.last if self.first is None else self.first
         self.peak_mb = max(self.peak_mb, told.peak_mb)
         if told.how == "failed":
             self.failed += 1
@@ -78,6 +83,10 @@ class Summary:
         """Photos, whatever became of them."""
         return 60 * self.photos / max(self.seconds(), 1e-9)
 
+    def steady_per_minute(self) -> float:
+        """Photos from the first row to the last: without what it takes to start."""
+        return 60 * (self.photos - 1) / max(self.last - (self.first or 0.0), 1e-9) if self.photos > 1 else 0.0
+
     def report(self) -> dict[str, Any]:
         """What ``limner batch --json`` prints of it."""
         names = ("photos", "drawn", "kept", "failed", "strokes", "ink_mm", "draw_s", "peak_mb")
@@ -85,5 +94,7 @@ class Summary:
         return figures | {
             "seconds": self.seconds(),
             "per_minute": self.per_minute(),
+            "steady_per_minute": self.steady_per_minute(),
+            "cpu_s": time.process_time(),
             "errors": dict(self.errors.most_common()),
         }

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import tempfile
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.console import Console
 from rich.table import Table
 
-from limner import pipeline
+from limner import pipeline, storage
 from limner.cli import options
 from limner.cli.gallery import gallery
 from limner.cli.landmarks import landmarks
@@ -18,10 +20,13 @@ from limner.cli.likeness import likeness
 from limner.cli.progress import bars
 from limner.cli.tables import figures, tables
 from limner.cli.thesis import thesis
+from limner.errors import BadInput
+from limner.evaluate import bench
 from limner.evaluate.false_alarms import sample_folder
 from limner.evaluate.speed import Row, measure_speed
 from limner.evaluate.strokes import measure_strokes
 from limner.pipeline import Settings
+from limner.types import Photo
 from limner.vision.photo import load_photo
 
 
@@ -39,16 +44,42 @@ def evaluate() -> None:
     metavar="DIR",
     help="Folder of the models of Zhu & Ramanan (face_p146_small.mat, face_p99.mat), to be timed too.",
 )
+@click.option(
+    "--batch",
+    "count",
+    type=click.IntRange(0),
+    default=0,
+    metavar="N",
+    help="Also stages by size, batches of N photos by 1 and 2 workers and a Dask cluster of 2, and other programs.",
+)
+@click.option(
+    "--write", metavar="DIR", help="With --batch: write benchmarks.md and its picture into this folder; docs has them."
+)
 @options.json_option
-def speed(photo: str | None, runs: int, models: Path | None, as_json: bool) -> None:
+def speed(photo: str | None, runs: int, models: Path | None, count: int, write: str | None, as_json: bool) -> None:
     """Time every stage on PHOTO, by default the astronaut of scikit-image, and measure the memory of `limner draw`."""
-    rows = list(measure_speed(load_photo(photo or astronaut()), runs, models))
+    if write and not count:
+        raise BadInput("--write is for --batch N; say how many photos")
+    picture = load_photo(photo or astronaut())
+    rows = list(measure_speed(picture, runs, models))
     if models is None:
         click.echo("the authors' models were not timed: no folder of them was given (--models)", err=True)
+    whole = _bench(picture, rows, count, write) if count else {"speed": [dataclasses.asdict(row) for row in rows]}
     if as_json:
-        click.echo(json.dumps({"speed": [dataclasses.asdict(row) for row in rows]}))
+        click.echo(json.dumps(whole))
     else:
         Console(highlight=False).print(speed_table(rows))
+
+
+def _bench(photo: Photo, rows: list[Row], count: int, write: str | None) -> dict[str, Any]:
+    """Measure the rest, and write the page."""
+    with tempfile.TemporaryDirectory() as folder:
+        measured = bench.run_bench(photo, rows, count, Path(folder))
+    if write:
+        for name, text in ((bench.PAGE, bench.to_markdown(measured)), (bench.PICTURE, bench.to_picture(measured))):
+            storage.write_whole(Path(write) / name, text.encode())
+            click.echo(str(Path(write) / name), err=True)
+    return measured.to_dict()
 
 
 @evaluate.command()

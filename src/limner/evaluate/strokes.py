@@ -78,12 +78,17 @@ def swing(seed: int) -> Floats:
 
 def vpype_travel_mm(drawing: Drawing) -> float:
     """What vpype's usual commands leave of the travel; the command must be installed."""
+    return measure(through_vpype(drawing)).travel_mm
+
+
+def through_vpype(drawing: Drawing) -> Drawing:
+    """A drawing, its lines merged and sorted by vpype's usual commands; the command must be installed."""
     with tempfile.TemporaryDirectory() as folder:
         given, sorted_ = Path(folder) / "given.svg", Path(folder) / "sorted.svg"
         given.write_bytes(to_svg(drawing))
         command = ["vpype", "read", "--quantization", "0.001mm", str(given), "linemerge", "linesort", "write"]
         subprocess.run([*command, str(sorted_)], check=True, capture_output=True)
-        return measure(read_svg(sorted_)).travel_mm
+        return read_svg(sorted_)
 
 
 def _curve_rows(name: str, lines: Sequence[Floats]) -> Iterator[Row]:
