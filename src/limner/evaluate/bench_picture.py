@@ -45,7 +45,8 @@ class Panel:
 
     def names(self) -> list[str]:
         """Of the parts, in order; none where bars are of one piece."""
-        return [name for name in dict.fromkeys(name for bar in self.bars for name, _ in bar.parts) if name]
+        fullest = sorted(self.bars, key=lambda bar: -len(bar.parts))
+        return [name for name in dict.fromkeys(name for bar in fullest for name, _ in bar.parts) if name]
 
     def height(self) -> int:
         """In the picture [px]."""
@@ -77,7 +78,7 @@ def _panel(panel: Panel, top: int) -> Iterator[str]:
         y, x = top + _HEAD + k * _STEP, float(_LEFT)
         yield f'<text x="{_LEFT - 12}" y="{y + 15}" text-anchor="end">{escape(bar.name)}</text>'
         for name, value in bar.parts:
-            colour = colours.get(name, _COLOURS[k % 2])
+            colour = colours.get(name, _COLOURS[0])
             yield f'<rect x="{x:.1f}" y="{y}" width="{value * per_unit:.1f}" height="{_BAR}" fill="{colour}"/>'
             x += value * per_unit
         yield f'<text x="{x + 9:.1f}" y="{y + 15}" fill="#6b6862">{bar.value:,.0f} {escape(bar.unit)}</text>'
