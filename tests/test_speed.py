@@ -57,7 +57,7 @@ BENCH = Bench(
     {"processor": "some"},
     (Row("a figure", 3, "ms", 2.0),),
     {0.3: STAGES, 12.0: [*STAGES, Stage("order", 0.3, None)]},
-    (Rate("1 worker", 50.0, 300.0), Rate("2 workers", 95.0, 310.0)),
+    (Rate("1 worker", 50.0, 1.1, 300.0), Rate("2 workers", 95.0, 1.2, 310.0)),
     Overhead(10, 0.5, 0.9),
     (Peer("limner", 1.0, 40, 400, 1500.0, 500.0, 0.8), Peer("<other>, with all", 2.0, 90, 4000, 9000.0, 800.0, None)),
 )
@@ -69,7 +69,7 @@ def test_the_page_says_what_was_measured():
     assert "| order | - | 300 ms |" in page
     assert "| **all** | **510 ms, 150 MB** | **810 ms, 150 MB** |" in page
     assert "idle" not in page
-    assert "| 2 workers | 95 | 1.90 | 310 MB |" in page
+    assert "| 2 workers | 95 | 1.90 | 1.20 s | 310 MB |" in page
     assert "| a figure | 3 ms | 2 ms | **no** |" in page
     assert f"]({PICTURE})" in page
 

@@ -62,12 +62,14 @@ class Told(NamedTuple):
         tile: for the contact sheet; empty where there is none.
         how: "drawn" now; "kept" from a run before or from a photo of the same content; or "failed".
         peak_mb: memory of the worker so far.
+        cpu_s: time of a core that it took, where it was drawn now.
     """
 
     row: Row
     tile: bytes
     how: str
     peak_mb: float = 0.0
+    cpu_s: float = 0.0
 
 
 @dataclass
@@ -213,7 +215,7 @@ class _Run:
         if drawn.final:
             self._state.keep_done(begun.content, Known(self._mark, figures, drawn.tile))
         row = Row(begun.photo, begun.digest, **figures)
-        return Told(row, drawn.tile, "failed" if drawn.error else "drawn", drawn.peak_mb)
+        return Told(row, drawn.tile, "failed" if drawn.error else "drawn", drawn.peak_mb, drawn.cpu_s)
 
     def _result(self, begun: _Begun) -> Drawn:
         assert begun.future is not None

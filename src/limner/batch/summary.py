@@ -25,7 +25,7 @@ class Summary:
         kept: drawn before, or from a photo of the same content.
         failed: rows with an error.
         strokes, ink_mm: of all drawings, each row counted.
-        draw_s: that all the drawing of this run took, the workers added up.
+        draw_s, draw_cpu_s: that all the drawing of this run took, the workers added up, and of that a core's time.
         peak_mb: memory of the worker that needed most.
         errors: how often each was met.
         shown: the first rows, for the contact sheet.
@@ -42,6 +42,7 @@ class Summary:
     strokes: int = 0
     ink_mm: float = 0.0
     draw_s: float = 0.0
+    draw_cpu_s: float = 0.0
     peak_mb: float = 0.0
     errors: Counter[str] = field(default_factory=Counter)
     shown: list[Told] = field(default_factory=list)
@@ -66,6 +67,7 @@ class Summary:
             self.strokes += row.strokes or 0
             self.ink_mm += row.ink_mm or 0.0
             self.draw_s += row.seconds or 0.0 if told.how == "drawn" else 0.0
+            self.draw_cpu_s += told.cpu_s if told.how == "drawn" else 0.0
         keep = self.broken if told.how == "failed" else self.shown
         if len(keep) < self.room:
             keep.append(told)
@@ -89,7 +91,7 @@ class Summary:
 
     def report(self) -> dict[str, Any]:
         """What ``limner batch --json`` prints of it."""
-        names = ("photos", "drawn", "kept", "failed", "strokes", "ink_mm", "draw_s", "peak_mb")
+        names = ("photos", "drawn", "kept", "failed", "strokes", "ink_mm", "draw_s", "draw_cpu_s", "peak_mb")
         figures = {name: getattr(self, name) for name in names}
         return figures | {
             "seconds": self.seconds(),

@@ -79,6 +79,7 @@ class Drawn:
         files: name -> bytes, where they are handed back.
         tile: of the contact sheet, if wanted.
         peak_mb: memory that the worker has needed so far, at most.
+        cpu_s: time of a core that it took.
     """
 
     figures: dict[str, Any] = field(default_factory=dict)
@@ -87,6 +88,7 @@ class Drawn:
     files: dict[str, bytes] = field(default_factory=dict)
     tile: bytes = b""
     peak_mb: float = 0.0
+    cpu_s: float = 0.0
 
 
 def draw_one(job: Job, recipe: Recipe) -> Drawn:
@@ -98,7 +100,7 @@ def draw_one(job: Job, recipe: Recipe) -> Drawn:
     if recipe.version != __version__:
         raise BadInput(f"a worker has limner {__version__}, expected {recipe.version}")
     hold_threads()
-    start = time.perf_counter()
+    start, cpu = time.perf_counter(), time.process_time()
     try:
         portrait = _portrait(job, recipe.settings)
         files = dict(
@@ -114,7 +116,8 @@ def draw_one(job: Job, recipe: Recipe) -> Drawn:
     figures = _figures(portrait) | {"seconds": time.perf_counter() - start}
     for name, data in files.items() if recipe.out is not None else ():
         write(f"{recipe.out}/{name}", data)
-    return Drawn(figures, files={} if recipe.out is not None else files, tile=tile, peak_mb=_peak_mb())
+    handed = {} if recipe.out is not None else files
+    return Drawn(figures, files=handed, tile=tile, peak_mb=_peak_mb(), cpu_s=time.process_time() - cpu)
 
 
 def write(place: str, data: bytes) -> None:

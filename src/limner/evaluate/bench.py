@@ -71,22 +71,26 @@ def run_bench(photo: Photo, rows: Sequence[Row], count: int, folder: Path) -> Be
         cv2.imwrite(str(path), framed(photo, size).rgb[..., ::-1])
         stages[round(size[0] * size[1] / 1e6, 1)] = stages_of(path)
     middle = framed(photo, SIZES_PX[1])
-    return Bench(
-        about, tuple(rows), stages, tuple(rates(middle, count)), overhead(min(_TINY, 25 * count)), tuple(peers(middle))
-    )
+    many, small = tuple(rates(middle, count)), overhead(min(_TINY, 25 * count))
+    about["load when batches had been measured"] = load()
+    return Bench(about, tuple(rows), stages, many, small, tuple(peers(middle)))
 
 
 def machine() -> dict[str, str]:
     """What this machine is, and how busy."""
-    load = f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30 if hasattr(os, "sysconf") else 0
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "opencv-python-headless", "pillow"))
     return {
         "processor": f"{_processor()}, {os.cpu_count()} cores",
         "memory": f"{memory:.0f} GB",
         "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}, {libraries}",
-        "load when it began": f"{load} (figures hold where it is near 0)",
+        "load when it began": f"{load()} (figures hold where it is near 0)",
     }
+
+
+def load() -> str:
+    """How many processes want a core, of late."""
+    return f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
 
 
 def _processor() -> str:
@@ -107,7 +111,7 @@ def to_markdown(bench: Bench) -> str:
         " memory of the whole process meanwhile [MB].",
         _stages(bench.stages),
         "## Many photos\n\n`limner batch` over photos of 1 megapixel, from the first row to the last.",
-        _table(("", "photos a minute", "x one worker", "peak memory of a worker"), _rates(bench.rates)),
+        _table(("", "photos a minute", "x one worker", "CPU for each", "peak memory of a worker"), _rates(bench.rates)),
         f"Beside drawing a batch costs {bench.overhead.ms_each:.2f} ms of CPU time for each photo in the process that"
         f" gives them out ({bench.overhead.photos} tiny pictures); the same run again, with nothing to do,"
         f" {bench.overhead.restart_s:.2f} s in all, its start included.",
@@ -149,7 +153,10 @@ def _sum(stages: list[Stage]) -> str:
 
 def _rates(measured: Sequence[Rate]) -> list[list[str]]:
     one = measured[0].per_minute
-    return [[r.name, f"{r.per_minute:.0f}", f"{r.per_minute / one:.2f}", f"{r.peak_mb:.0f} MB"] for r in measured]
+    return [
+        [r.name, f"{r.per_minute:.0f}", f"{r.per_minute / one:.2f}", f"{r.cpu_s:.2f} s", f"{r.peak_mb:.0f} MB"]
+        for r in measured
+    ]
 
 
 def _peer(peer: Peer) -> list[str]:

@@ -29,11 +29,13 @@ class Rate:
     Attributes:
         name: of it.
         per_minute: photos, once all processes run.
+        cpu_s: time of a core that drawing one takes, which a busy machine changes little.
         peak_mb: memory of the worker that needed most.
     """
 
     name: str
     per_minute: float
+    cpu_s: float
     peak_mb: float
 
 
@@ -141,7 +143,8 @@ def _address(file: Path) -> str:
 
 def _rate(name: str, photos: Path, out: Path, extra: list[str]) -> Rate:
     report = run_batch(photos, out, *extra)
-    return Rate(name, report["steady_per_minute"], report["peak_mb"])
+    each = report["draw_cpu_s"] / max(report["drawn"], 1)
+    return Rate(name, report["steady_per_minute"], each, report["peak_mb"])
 
 
 def _put(photo: Photo, count: int, folder: Path) -> Path:
