@@ -9,7 +9,7 @@ import click
 
 from limner import storage
 from limner.cli import options
-from limner.evaluate.gallery import gallery as draw_gallery
+from limner.evaluate.gallery import columns, gallery as draw_gallery
 from limner.pipeline import Settings
 from limner.targets.sheet import Tile, to_png, to_sheet
 
@@ -18,6 +18,7 @@ from limner.targets.sheet import Tile, to_png, to_sheet
 @click.argument("photos", nargs=-1, required=True, metavar="PHOTO...")
 @click.option("--out", "-o", default="gallery.png", show_default=True, metavar="FILE", help="Where to, a .png.")
 @click.option("--styles", default="canny,gabor,portrait", show_default=True, metavar="NAMES", help="Joined by commas.")
+@click.option("--pictures", is_flag=True, help="Show the picture in colours of a style that has one, too.")
 @click.option(
     "--across", type=click.IntRange(1, 20), default=2, show_default=True, metavar="N", help="Photos side by side."
 )
@@ -33,6 +34,7 @@ def gallery(
     photos: tuple[str, ...],
     out: str,
     styles: str,
+    pictures: bool,
     across: int,
     width: int,
     save_settings: Path | None,
@@ -46,10 +48,10 @@ def gallery(
     options.check_suffix(out, ".png")
     names = [name.strip() for name in styles.split(",")]
     tiles: list[Tile] = []
-    for path, row in zip(photos, draw_gallery(photos, names, settings), strict=True):
+    for path, row in zip(photos, draw_gallery(photos, names, settings, pictures=pictures), strict=True):
         tiles += row
         click.echo(f"{path}: {row[-1].title}: {row[-1].note}", err=True)
-    storage.write_whole(out, to_png(to_sheet(tiles, columns=across * (1 + len(names)), tile_px=width)))
+    storage.write_whole(out, to_png(to_sheet(tiles, columns=across * columns(names, pictures=pictures), tile_px=width)))
     if as_json:
         click.echo(json.dumps({"out": [out], "photos": len(photos), "styles": names}))
     else:

@@ -88,6 +88,8 @@ STYLE_LABELS = {
     "gabor-pyramid": ("Gabor, several sizes", "lines from fine to broad"),
     "canny": ("Canny", "edges between light and dark"),
     "splines": ("Splines", "the features alone, through the landmarks"),
+    "cartoon": ("Cartoon", "edges and tones in a few inks, as comics have them"),
+    "painterly": ("Painting", "lines along brush strokes, in a few inks"),
 }
 
 

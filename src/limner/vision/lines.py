@@ -150,6 +150,10 @@ def _painterly(photo: Photo, face: Face, settings: LineSettings, stages: Stages)
 
 
 def _painting(photo: Photo, face: Face, settings: LineSettings) -> NDArray[np.uint8]:
+    # A small face is painted larger, or its eyes would be dabs.
+    grow = min(PAINTED_UNIT_PX / face.outer_eye_px, LARGEST_PICTURE_PX / max(photo.size_px))
+    if grow > 1:
+        photo, face = scaled(photo, face, grow)
     return painted(photo, face, settings.painterly, find_figure(photo, face, settings.figure).figure).canvas
 
 
@@ -176,6 +180,9 @@ PICTURES: dict[str, Callable[[Photo, Face, LineSettings], NDArray[np.uint8]]] = 
 
 LARGEST_PICTURE_PX = 1600
 """Longer side of such a picture at most."""
+
+PAINTED_UNIT_PX = 160.0
+"""Distance of the outer eye corners in a painting at least, where that is not too large."""
 
 STYLES = (*EXTRACTORS, *OWN_WAYS, *MEASURED)
 """Named ways from a photo and a face to strokes."""
@@ -212,7 +219,7 @@ def draw_picture(photo: Photo, face: Face, style: str, settings: LineSettings) -
     """The picture in colours (H, W, 3) of a style that has one.
 
     Args:
-        photo: any size; a large one is made smaller.
+        photo: any size; the picture of a large one is smaller, and of a small one may be larger.
         face: in it.
         style: one of ``PICTURES``.
         settings: of the style.

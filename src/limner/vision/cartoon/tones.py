@@ -28,7 +28,7 @@ LINE = 0.018
 """Width of a pen's line [outer-eye distances] by which the spacing makes the tone."""
 
 SPOT = 0.82
-"""What is darker than this is hatched in black, too, as comics have it."""
+"""What is darker than this is hatched in black whatever its ink, as comics have it."""
 
 NEAR = 0.05
 """A border nearer to an edge than this is drawn by the edge [outer-eye distances]."""
@@ -43,7 +43,7 @@ def hatching(ground: Inked, unit: float, settings: CartoonSettings) -> list[tupl
     fade = np.ones_like(ground.dark)
     for ink in range(len(ground.inks)):
         where = (ground.label == ink) & (ground.dark > LEAST_INK)
-        where |= (ground.dark > SPOT) & (ink == 0)
+        where = where | (ground.dark > SPOT) if ink == 0 else where & (ground.dark <= SPOT)
         where = blurred(where.astype(np.float32), SMOOTH * unit) > 0.5
         # Spacing in steps: a tone is an area of one spacing, as the picture's levels are.
         steps = np.ceil(blurred(ground.dark, SMOOTH * unit) * 4) / 4
