@@ -2,12 +2,15 @@
 
 import dataclasses
 import itertools
+import json
 
 import cv2
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import limner
+from limner.cli.film import film
 from limner.errors import BadInput
 from limner.pipeline import Settings
 from limner.targets.movie import encode_mp4
@@ -183,3 +186,16 @@ def test_a_large_photo_has_a_smaller_picture(photo, face):
     grow = np.array([2000, 1500]) / photo.size_px
     bigger = dataclasses.replace(face, points_px=face.points_px * grow, box_px=face.box_px * np.tile(grow, 2))
     assert limner.draw_picture(large, bigger, "cartoon", Settings()).shape == (1200, 1600, 3)
+
+
+def test_the_command_makes_a_film_and_refuses_what_is_none(tmp_path):
+    file, out = tmp_path / "film.mp4", tmp_path / "cartoon.mp4"
+    file.write_bytes(encode_mp4(iter([scene()] * 6), 20, hold_s=0))
+    ran = CliRunner().invoke(film, [str(file), "-o", str(out), "--length", "0.2s", "--json"])
+    assert ran.exit_code == 0
+    assert json.loads(ran.stdout)["frames"] == 4
+    assert len(list(frames(str(out))[1])) == 4
+    refused = CliRunner().invoke(film, [str(tmp_path / "missing.mp4")])
+    assert isinstance(refused.exception, BadInput)
+    refused = CliRunner().invoke(film, [str(file), "-o", "x.gif"])
+    assert isinstance(refused.exception, BadInput)
