@@ -150,7 +150,7 @@ class Talk:
     def wish(self, **wish):
         self.socket.send(json.dumps(wish))
 
-    def hear(self, until=lambda message: True, patience_s=PATIENCE_S):
+    def hear(self, until=lambda message: message["type"] not in ("job", "queue"), patience_s=PATIENCE_S):
         """The first message that is the right one, with its frame."""
         ends = time.monotonic() + patience_s
         while True:

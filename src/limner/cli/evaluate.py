@@ -25,6 +25,7 @@ from limner.evaluate import bench
 from limner.evaluate.false_alarms import sample_folder
 from limner.evaluate.speed import Row, measure_speed
 from limner.evaluate.strokes import measure_strokes
+from limner.evaluate.studio import measure_studio
 from limner.pipeline import Settings
 from limner.types import Photo
 from limner.vision.photo import load_photo
@@ -80,6 +81,20 @@ def _bench(photo: Photo, rows: list[Row], count: int, write: str | None) -> dict
             storage.write_whole(Path(write) / name, text.encode())
             click.echo(str(Path(write) / name), err=True)
     return measured.to_dict()
+
+
+@evaluate.command()
+@click.argument("photo", metavar="[PHOTO]", required=False)
+@click.option("--runs", type=click.IntRange(1), default=10, metavar="N", help="Runs of each slider. Default: 10.")
+@click.option("--photos", type=click.IntRange(1), default=200, metavar="N", help="For its memory. Default: 200.")
+@options.json_option
+def studio(photo: str | None, runs: int, photos: int, as_json: bool) -> None:
+    """Time `limner studio` on PHOTO: its start, photo to drawing, slider to preview; its memory over many photos."""
+    rows = list(measure_studio(load_photo(photo or astronaut()), runs, photos))
+    if as_json:
+        click.echo(json.dumps({"studio": [dataclasses.asdict(row) for row in rows]}))
+    else:
+        Console(highlight=False).print(speed_table(rows, "limner studio: speed and memory"))
 
 
 @evaluate.command()

@@ -142,7 +142,8 @@ class Computer:
 
     def _start(self) -> None:
         self._pipe, theirs = self._context.Pipe()
-        arguments = (theirs, self._unwanted, self._settings)
+        # One that is begun for a task is waited for already.
+        arguments = (theirs, self._unwanted, self._settings, not self._lazy and not self.starts)
         self._process = self._context.Process(target=work, args=arguments, name="limner-computer", daemon=True)
         self._process.start()
         theirs.close()

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from collections import OrderedDict
+import time
+from collections import OrderedDict, defaultdict, deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from limner import storage
 from limner.drawing.measure import measure
-from limner.errors import NoFace
+from limner.errors import LimnerError, NoFace
 from limner.motion.cost import costs
 from limner.motion.machine import load_machine
 from limner.pipeline import Portrait, Session, Settings, find_faces, refine_face
@@ -19,14 +23,18 @@ from limner.studio.wishes import face_of, settings_of, template
 from limner.targets.image import encode_jpeg
 from limner.types import Drawing, Face, Photo
 from limner.vision.landmarks import choose
+from limner.vision.lines import LineSettings
 from limner.vision.photo import load_photo, shrink_photo
 from limner.vision.quality import photo_notes
 
 SIDE_PX = 2048
 """A larger photo is looked at in this size; a face is drawn from 128 px between its eyes."""
 
-DRAFT_KICKS = 2
-"""How long the order of a draft is looked for; the drawing itself takes the settings' time."""
+DRAFT_KICKS, DRAFT_SIZE = 2, 0.7
+"""How long the order of a draft is looked for, and in what part of its size a photo is looked at for it, where anew."""
+
+LOOKS = ("style", "refine", "refinement", "detect", *(field.name for field in dataclasses.fields(LineSettings)))
+"""Settings by which a photo is looked at anew; what the others change costs little."""
 
 _HELD, _KEPT = 4, 6  # photos, and results of each stage of one, such as of each style
 
@@ -62,6 +70,17 @@ class Desk:
         """
         self._base, self._going_on = base, going_on
         self._held: OrderedDict[str, Held] = OrderedDict()
+        self._looked: defaultdict[str, deque[Any]] = defaultdict(lambda: deque(maxlen=_KEPT))
+
+    def warm(self) -> None:
+        """Load models and compilers' caches before anybody waits for them: draw a face that is none."""
+        grey = np.random.default_rng(0).integers(90, 160, (240, 200, 3), np.uint8)
+        photo = Photo(grey)
+        with contextlib.suppress(LimnerError):
+            find_faces(photo, self._base)
+            made = Session(photo).draw(self._base, face=face_of(template([50, 70, 150, 190]), photo.size_px))
+            refine_face(photo, made.face, self._base)
+            self._report(made)
 
     def photo(self, name: str, data: bytes) -> dict[str, Any]:
         """Take a photo in; what was found in it, and the JPEG that is shown."""
@@ -70,7 +89,8 @@ class Desk:
         faces = find_faces(photo, self._base)
         self._held[name] = Held(photo, faces, Session(photo, _KEPT, self._going_on))
         while len(self._held) > _HELD:
-            self._held.popitem(last=False)
+            gone, _ = self._held.popitem(last=False)
+            self._looked.pop(gone, None)
         return {"about": self._found(photo, faces), "jpeg": encode_jpeg(photo.rgb)}
 
     def _found(self, photo: Photo, faces: tuple[Face, ...]) -> dict[str, Any]:
@@ -88,9 +108,12 @@ class Desk:
 
     def draw(self, wish: dict[str, Any], *, draft: bool = False) -> dict[str, Any]:
         """Draw; the report and the frame of the strokes."""
+        began = time.process_time()
         portrait = self._draw(wish, draft)
         self._going_on()
-        drawn = {"report": self._report(portrait), "frame": frames.lines_frame(portrait.drawing, wish["rev"])}
+        report = self._report(portrait)
+        report["cpu_s"] = time.process_time() - began
+        drawn = {"report": report, "frame": frames.lines_frame(portrait.drawing, wish["rev"])}
         if "plan" in wish.get("want", ()):
             # It is planned in another process, which takes longer than anybody waits for a preview.
             drawn |= {"npz": storage.to_npz(portrait.drawing), "settings": portrait.settings.to_dict()}
@@ -150,11 +173,15 @@ class Desk:
 
     def _draw(self, wish: dict[str, Any], draft: bool) -> Portrait:
         held, settings = self._at(wish["photo"]), settings_of(self._base, wish.get("settings") or {})
+        points, number = wish.get("points_px"), 1 + int(wish.get("face") or 0)
+        looks = ([getattr(settings, name) for name in LOOKS], points, number)
         if draft:
-            settings = settings.replace(order=settings.order.replace(kicks=min(DRAFT_KICKS, settings.order.kicks)))
-        if wish.get("points_px") is not None:
-            return held.session.draw(settings, face=face_of(wish["points_px"], held.photo.size_px))
-        return held.session.draw(settings, number=1 + int(wish.get("face") or 0))
+            settings = drafted(settings, smaller=looks not in self._looked[wish["photo"]])
+        else:
+            self._looked[wish["photo"]].appendleft(looks)
+        if points is not None:
+            return held.session.draw(settings, face=face_of(points, held.photo.size_px))
+        return held.session.draw(settings, number=number)
 
     def _at(self, name: str) -> Held:
         if name not in self._held:
@@ -170,6 +197,15 @@ class Desk:
             "points_px": portrait.face.points_px.tolist(),
             "compute_s": sum(portrait.seconds.values()),
         }
+
+
+def drafted(settings: Settings, *, smaller: bool) -> Settings:
+    """Settings for a drawing that shall be there soon, perhaps of a smaller photo."""
+    order = settings.order.replace(kicks=min(DRAFT_KICKS, settings.order.kicks))
+    scale = settings.scale
+    if smaller:
+        scale = scale.replace(outer_eye_px=max(32.0, DRAFT_SIZE * scale.outer_eye_px))
+    return settings.replace(order=order, scale=scale)
 
 
 def drawing_report(drawing: Drawing, machine: str) -> dict[str, Any]:

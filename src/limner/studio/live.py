@@ -107,15 +107,22 @@ class Live:
             about = {"name": variant["name"], "label": variant["label"], "settings": variant["settings"]}
             about |= {"place": place, "of": len(variants)}
             try:
-                await self._drawn(kind.removesuffix("s"), changed, LATER, about)
+                await self._drawn(kind.removesuffix("s"), changed, LATER, about, slow=variant.get("slow", False))
             except LimnerError as error:
                 said = {"type": kind.removesuffix("s"), "rev": wish["rev"], "frame": 0, "error": str(error)}
                 await self._say(said | about, None)
 
     async def _drawn(
-        self, kind: str, wish: dict[str, Any], urgency: int, about: dict[str, Any], *, draft: bool = False
+        self,
+        kind: str,
+        wish: dict[str, Any],
+        urgency: int,
+        about: dict[str, Any],
+        *,
+        draft: bool = False,
+        slow: bool = False,
     ) -> dict[str, Any]:
-        drawn: dict[str, Any] = await self._studio.compute(self._visitor, "draw", wish, urgency, draft=draft)
+        drawn: dict[str, Any] = await self._studio.compute(self._visitor, "draw", wish, urgency, slow=slow, draft=draft)
         said = {"type": kind, "rev": wish["rev"], "frame": 1, "report": drawn["report"]}
         await self._say(said | about, drawn["frame"])
         return drawn

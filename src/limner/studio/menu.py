@@ -12,7 +12,7 @@ from limner.pipeline import Settings
 from limner.studio.exports import FORMATS
 from limner.studio.wishes import FILES
 from limner.units import PAGES_MM
-from limner.vision.lines import STYLES
+from limner.vision.lines import MEASURED, PICTURES, STYLES
 from limner.vision.refine import NONE, REFINEMENTS
 
 SLIDERS: tuple[dict[str, Any], ...] = (
@@ -90,7 +90,14 @@ STYLE_LABELS = {
     "splines": ("Splines", "the features alone, through the landmarks"),
     "cartoon": ("Cartoon", "edges and tones in a few inks, as comics have them"),
     "painterly": ("Painting", "lines along brush strokes, in a few inks"),
+    "one-line": ("One line", "a single line that crosses itself nowhere"),
+    "scribble": ("Scribble", "loops, dense where the face is dark"),
+    "stipple": ("Dots", "as dense as the face is dark"),
 }
+"""Of each style, in the order in which they are shown; one without a label of its own goes by its name."""
+
+SLOW = (*MEASURED, *PICTURES)
+"""Styles that take seconds: as candidates they are drawn beside the live preview, not before it."""
 
 
 def options(base: Settings) -> dict[str, Any]:
@@ -99,7 +106,7 @@ def options(base: Settings) -> dict[str, Any]:
         "settings": settings_tree(base),
         "sliders": list(SLIDERS),
         "presets": list(PRESETS),
-        "styles": [{"name": name, **_labels(name)} for name in STYLE_LABELS if name in STYLES],
+        "styles": [{"name": name, **_labels(name)} for name in styles()],
         "refinements": [NONE, *REFINEMENTS],
         "machines": [_machine(name) for name in MACHINES],
         "robots": [{"name": name} for name in ROBOTS],
@@ -108,8 +115,13 @@ def options(base: Settings) -> dict[str, Any]:
     }
 
 
+def styles() -> list[str]:
+    """All styles, those with labels first."""
+    return [*(name for name in STYLE_LABELS if name in STYLES), *(name for name in STYLES if name not in STYLE_LABELS)]
+
+
 def _labels(style: str) -> dict[str, str]:
-    label, about = STYLE_LABELS[style]
+    label, about = STYLE_LABELS.get(style, (style.replace("-", " ").capitalize(), ""))
     return {"label": label, "help": about}
 
 
@@ -160,14 +172,14 @@ def variants(kind: str, wish: dict[str, Any]) -> list[dict[str, Any]]:
     if kind == "refinements":
         names = () if by_hand else (NONE, *REFINEMENTS)
         return [{"name": name, "label": name, "settings": {"refine": name}} for name in names]
-    found = [
-        {"name": name, "label": label, "settings": {"style": name}}
-        for name, (label, _) in STYLE_LABELS.items()
-        if name in STYLES
-    ]
+    found = [_style(name) for name in styles() if name not in SLOW]
     if not by_hand:
         found += [
             {"name": "landmarks-as-found", "label": "Landmarks as found", "settings": {"refine": NONE}},
             {"name": "landmarks-average", "label": "Landmarks nearer the average", "settings": {"refine": "shape"}},
         ]
-    return found
+    return found + [_style(name) | {"slow": True} for name in styles() if name in SLOW]
+
+
+def _style(name: str) -> dict[str, Any]:
+    return {"name": name, "label": _labels(name)["label"], "settings": {"style": name}}

@@ -59,19 +59,29 @@ class Studio:
         visitor.photos.add(name, held)
         return held
 
-    async def compute(self, visitor: Visitor, task: str, wish: dict[str, Any], urgency: int = NOW, **more: Any) -> Any:
+    async def compute(
+        self, visitor: Visitor, task: str, wish: dict[str, Any], urgency: int = NOW, *, slow: bool = False, **more: Any
+    ) -> Any:
         """Have something computed of a photo of a visitor's.
+
+        Args:
+            visitor: whose photo it is.
+            task: of ``Desk``.
+            wish: names the photo.
+            urgency: of the task.
+            slow: by the process for what takes seconds.
+            more: arguments of the task.
 
         Raises:
             NotThere: he has no such photo.
             LimnerError: whatever stands in the way.
         """
-        held = photo_of(visitor, wish.get("photo"))
+        held, computer = photo_of(visitor, wish.get("photo")), self.planner if slow else self.computer
         try:
-            return await self.computer.ask(task, urgency, wish=wish, **more)
+            return await computer.ask(task, urgency, wish=wish, **more)
         except PhotoMissing:
-            await self.computer.ask("photo", urgency, name=held.name, data=held.data)
-            return await self.computer.ask(task, urgency, wish=wish, **more)
+            await computer.ask("photo", urgency, name=held.name, data=held.data)
+            return await computer.ask(task, urgency, wish=wish, **more)
 
     async def keep(self, visitor: Visitor, wish: dict[str, Any]) -> HeldDrawing:
         """Draw what a visitor wishes for, and hold the drawing.

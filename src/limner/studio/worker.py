@@ -17,17 +17,18 @@ class CalledOff(Exception):
     """The task that is being done is not wanted any more."""
 
 
-def work(pipe: Connection, unwanted: Any, settings: dict[str, Any]) -> None:
+def work(pipe: Connection, unwanted: Any, settings: dict[str, Any], warm: bool) -> None:
     """Do tasks until the pipe ends.
 
     Args:
         pipe: (number, name, arguments) come in; (what came of it, value) goes out.
         unwanted: shared number of the task that is called off.
         settings: of the tree, where a task says nothing.
+        warm: get ready for drawing before the first task.
     """
     # Ctrl-C ends the server, which then ends this.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    tasks = _Tasks(unwanted, settings)
+    tasks = _Tasks(unwanted, settings, warm)
     while True:
         try:
             number, name, arguments = pipe.recv()
@@ -39,7 +40,7 @@ def work(pipe: Connection, unwanted: Any, settings: dict[str, Any]) -> None:
 class _Tasks:
     """The desk, and which of its tasks is being done."""
 
-    def __init__(self, unwanted: Any, settings: dict[str, Any]) -> None:
+    def __init__(self, unwanted: Any, settings: dict[str, Any], warm: bool) -> None:
         import cv2
 
         from limner.pipeline import Settings
@@ -49,6 +50,8 @@ class _Tasks:
         cv2.setNumThreads(1)
         self._number, self._unwanted, self._not_held = 0, unwanted, NotHeld
         self._desk = Desk(Settings.from_dict(settings), self._look)
+        if warm:
+            self._desk.warm()
 
     def _look(self) -> None:
         if self._unwanted.value == self._number:
