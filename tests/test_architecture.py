@@ -67,7 +67,7 @@ HEAVY = {
     "starlette": {"studio"},
     "uvicorn": {"studio/serve.py"},
     "rosbags": {"targets/bag.py"},
-    "websockets": {"studio/serve.py", "targets/bridge.py", "targets/fake_rosbridge.py", "evaluate/studio.py", "studio/serve.py"},
+    "websockets": {"studio/serve.py", "targets/bridge.py", "targets/fake_rosbridge.py", "evaluate/studio.py"},
     "rospy": {"ros/middleware.py"},
     "rosgraph": {"ros/middleware.py"},
     "actionlib": {"ros/middleware.py"},
