@@ -16,7 +16,7 @@ from limner.motion.arm.lifted import LiftSettings, lifted_path
 from limner.motion.arm.paper import Placement
 from limner.motion.arm.place import PlaceSettings, candidates, parse_place, reach_map, unreachable
 from limner.motion.arm.plan import ArmSettings, plan_arm
-from limner.motion.arm.retime import RetimeSettings, retime
+from limner.motion.arm.retime import RetimeSettings, joined, move, retime
 from limner.motion.arm.robot import Capsule
 from limner.motion.arm.robots import load_robot
 from limner.pipeline import Settings, draw
@@ -107,6 +107,26 @@ def test_the_same_plan_is_the_same_to_the_last_bit(planned):
     robot, path, placed, motion = planned
     q, _ = inverse(robot).follow(placed.tips(path.points_mm))
     assert retime(robot, path, q, RetimeSettings()) == motion
+
+
+def test_jerk_is_limited_on_the_same_way_where_asked(planned):
+    robot, path, placed, quick = planned
+    settings = RetimeSettings(jerk_limited=True)
+    q, _ = inverse(robot).follow(placed.tips(path.points_mm))
+    drawn = retime(robot, path, q, settings)
+    there = move(robot, robot.pose("safe"), drawn.q[0], settings)
+    for motion in (drawn, there, joined((there, drawn))):
+        check(motion, robot, jerk_limited=True)
+        assert np.abs(np.diff(motion.qdd, axis=0)).max() <= 15 * 1.01 * np.diff(motion.t_s).max()
+        assert np.abs(motion.qd[[0, -1]]).max() < 1e-6
+        slopes = np.diff(motion.q, axis=0) / np.diff(motion.t_s)[:, None]
+        assert np.abs(slopes - (motion.qd[1:] + motion.qd[:-1]) / 2).max() < 0.01
+    assert np.allclose(there.q[[0, -1]], [robot.pose("safe"), drawn.q[0]])
+    assert drawn.t_s[-1] > quick.t_s[-1]
+    tip = placed.points_mm(robot.forward(drawn.q)[:, :3, 3])
+    assert distance_to_polyline(tip, path.points_mm).max() < 0.1
+    with pytest.raises(CannotDraw, match="jerk"):
+        check(quick, robot, jerk_limited=True)
 
 
 def test_a_faster_pen_is_never_slower(planned):

@@ -64,6 +64,7 @@ _ARM = {"--bag": "bags", "--calibration": "calibration", "--waypoints": "waypoin
     f" {', '.join(arm.FORMATS)}.",
 )
 @options.flag("arm.place.at", "--place", metavar="X,Y,Z[,TURN]")
+@options.switch("arm.retime.jerk_limited", "--jerk-limited")
 @click.option(
     "--calibration",
     metavar="FILE",

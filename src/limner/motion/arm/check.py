@@ -12,11 +12,19 @@ TOLERANCE = 0.01
 """Part of a limit by which a sample may exceed it."""
 
 
-def check(trajectory: JointTrajectory, robot: Robot, tolerance: float = TOLERANCE) -> None:
+def check(
+    trajectory: JointTrajectory, robot: Robot, tolerance: float = TOLERANCE, *, jerk_limited: bool = False
+) -> None:
     """Refuse a motion that exceeds a limit of position, velocity or acceleration at any sample, or between samples.
 
     Positions are compared with velocities, and velocities with accelerations, by their differences too, so that a
     file whose positions alone were altered is found.
+
+    Args:
+        trajectory: the motion.
+        robot: whose limits hold.
+        tolerance: see ``TOLERANCE``.
+        jerk_limited: whether accelerations may change no faster than the limits of jerk allow.
 
     Raises:
         CannotDraw: the joints are others, or a limit is exceeded: which joint, when, by how much.
@@ -34,6 +42,8 @@ def check(trajectory: JointTrajectory, robot: Robot, tolerance: float = TOLERANC
     ):
         _check(name, values, limit, trajectory, robot, tolerance)
     _check_jumps(trajectory, robot, tolerance)
+    if jerk_limited:
+        _check("jerk", _slopes(trajectory.t_s, trajectory.qdd), robot.jerk, trajectory, robot, tolerance)
 
 
 def _slopes(t_s: Floats, values: Floats) -> Floats:

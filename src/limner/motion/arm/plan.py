@@ -75,6 +75,7 @@ class ArmPlan:
             "margin_deg": float(np.degrees(size[:, ~self.robot.prismatic].min())),
             "velocity_used": float((np.abs(motion.qd) / self.robot.velocity).max()),
             "acceleration_used": float((np.abs(motion.qdd) / self.robot.acceleration).max()),
+            "jerk_used": float((_rates(motion.t_s, motion.qdd) / self.robot.jerk).max()),
             "planning_s": self.seconds,
         }
 
@@ -115,7 +116,7 @@ def plan_arm(drawing: Drawing, robot: Robot, settings: ArmSettings, placement: P
     started = time.perf_counter()
     drawn = retime(robot, path, q, settings.retime)
     trajectory = _from_safe_and_back(robot, drawn, settings.retime)
-    check(trajectory, robot)
+    check(trajectory, robot, jerk_limited=settings.retime.jerk_limited)
     seconds["retime"] = time.perf_counter() - started
     return ArmPlan(robot, placed, path, trajectory, seconds)
 
@@ -230,6 +231,12 @@ class _Search:
         x, y, z = placed.points_m(middle)
         turn = np.degrees(np.arctan2(placed.base_from_paper[1, 0], placed.base_from_paper[0, 0]))
         return f"; the nearest place found that can: {x:.3f},{y:.3f},{z:.3f},{turn:.0f}"
+
+
+def _rates(t_s: Floats, values: Floats) -> Floats:
+    """How fast (n - 1, dof) values change between samples."""
+    rates: Floats = np.abs(np.diff(values, axis=0)) / np.diff(t_s)[:, None]
+    return rates
 
 
 def _pen_in_table(robot: Robot, ways: list[Floats], placed: Placement) -> Collision | None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from limner.errors import CannotDraw, MissingExtra
+from limner.motion.arm.gentle import Law, gentle
 from limner.motion.arm.lifted import LiftedPath
 from limner.motion.arm.robot import Robot
 from limner.settings import SettingsGroup, setting
@@ -25,6 +26,7 @@ class RetimeSettings(SettingsGroup):
     pen_acceleration: float = setting(1000.0, "the pen's acceleration along its path", unit="mm/s^2", low=1, high=1e5)
     margin: float = setting(0.01, "part of every limit that is not used", low=0, high=0.9)
     grid_per_mm: float = setting(5.0, "places per millimetre of path where limits are held", low=0.1, high=100)
+    jerk_limited: bool = setting(False, "hold the joints' limits of jerk too: gentler to the arm, and slower")
     sample_s: float = setting(0.02, "time between samples of the result", unit="s", low=0.001, high=1)
 
 
@@ -74,6 +76,29 @@ def retime(robot: Robot, path: LiftedPath, q: Floats, settings: RetimeSettings) 
 def move(robot: Robot, start: Floats, end: Floats, settings: RetimeSettings) -> JointTrajectory:
     """The fastest motion straight in joint space between two joint positions (dof,), all joints together, pen up."""
     way = end - start
+    law, total = _trapezoid(robot, way, settings)
+    if settings.jerk_limited:
+        share = 1 - settings.margin
+        limits = (robot.velocity, robot.acceleration, share * robot.jerk)
+        t, moved = gentle(
+            law, total, lambda s, order: (s, np.ones_like(s), np.zeros_like(s))[order][:, None] * way, limits
+        )
+        t, (part, rate, change) = _sampled(t, moved, settings.sample_s)
+    else:
+        t = np.linspace(0, total, max(3, int(np.ceil(total / settings.sample_s)) + 1))
+        part, rate, change = (values[:, None] * way for values in law(t))
+    none = np.zeros(len(t), bool), np.full(len(t), -1)
+    return JointTrajectory(robot.joints, t, start + part, rate, change, *none)
+
+
+def _sampled(t: Floats, moved: Floats, sample_s: float) -> tuple[Floats, Floats]:
+    """Every so many of the finely spaced samples of a motion, its end with them."""
+    kept = np.rint(np.linspace(0, len(t) - 1, max(3, int(np.ceil(t[-1] / sample_s)) + 1))).astype(int)
+    return t[kept], moved[:, kept]
+
+
+def _trapezoid(robot: Robot, way: Floats, settings: RetimeSettings) -> tuple[Law, float]:
+    """Part of a straight way, its rate and change over time, and how long all takes."""
     share = 1 - settings.margin
     size = np.maximum(np.abs(way), 1e-9)
     speed, acceleration = (float((share * limit / size).min()) for limit in (robot.velocity, robot.acceleration))
@@ -81,24 +106,18 @@ def move(robot: Robot, start: Floats, end: Floats, settings: RetimeSettings) -> 
     speed = min(speed, acceleration**0.5)
     ramp = speed / acceleration
     total = ramp + 1 / speed
-    t = np.linspace(0, total, max(3, int(np.ceil(total / settings.sample_s)) + 1))
-    rate = np.minimum(speed, acceleration * np.minimum(t, total - t))
-    part = np.where(
-        t < ramp,
-        acceleration * t**2 / 2,
-        np.where(t > total - ramp, 1 - acceleration * (total - t) ** 2 / 2, speed * (t - ramp / 2)),
-    )
-    change = np.where(t < ramp, acceleration, np.where(t > total - ramp, -acceleration, 0.0))
-    count = len(t)
-    return JointTrajectory(
-        robot.joints,
-        t,
-        start + part[:, None] * way,
-        rate[:, None] * way,
-        change[:, None] * way,
-        np.zeros(count, bool),
-        np.full(count, -1),
-    )
+
+    def law(t: Floats) -> Floats:
+        t = np.clip(t, 0, total)
+        rate = np.minimum(speed, acceleration * np.minimum(t, total - t))
+        early, late = t < ramp, t > total - ramp
+        rest = 1 - acceleration * (total - t) ** 2 / 2
+        part = np.where(early, acceleration * t**2 / 2, np.where(late, rest, speed * (t - ramp / 2)))
+        change = np.where(early, acceleration, np.where(late, -acceleration, 0.0))
+        change[(t <= 0) | (t >= total)] = 0
+        return np.stack([part, rate, change])
+
+    return law, total
 
 
 def joined(parts: Sequence[JointTrajectory]) -> JointTrajectory:
@@ -125,7 +144,7 @@ class _Timer:
             raise MissingExtra(f"timing the motion of {robot.name}", "robot") from error
         logging.getLogger("toppra").setLevel(logging.CRITICAL)
         self.toppra: Any = toppra
-        self.settings, self.dof = settings, robot.dof
+        self.settings, self.dof, self.jerk = settings, robot.dof, robot.jerk
         self.limits = {down: self._limits(robot, down) for down in (True, False)}
         self.constraints = {down: self._constraints(*self.limits[down]) for down in (True, False)}
 
@@ -160,6 +179,8 @@ class _Timer:
         motion = instance.compute_trajectory(0, 0)
         if motion is None:
             return None
+        if settings.jerk_limited:
+            return self._gentle(motion, way, drawing)
         stretch = self._stretch(motion, np.linspace(0, motion.duration, max(50, int(motion.duration / 0.002))), drawing)
         t = np.linspace(0, motion.duration, max(2, int(np.ceil(stretch * motion.duration / settings.sample_s)) + 1))
         stretch = max(stretch, self._stretch(motion, t, drawing))
@@ -168,6 +189,18 @@ class _Timer:
         stretch = max(stretch, float(np.sqrt((change / self.limits[drawing][1]).max())))
         q, qd, qdd = (np.asarray(motion(t, order))[:, : self.dof] / stretch**order for order in (0, 1, 2))
         return stretch * t, q, qd, qdd
+
+    def _gentle(self, motion: Any, way: Any, drawing: bool) -> tuple[Floats, ...]:
+        def law(t: Floats) -> Floats:
+            inside = (t > 0) & (t < motion.duration)
+            values = [np.asarray(motion(np.clip(t, 0, motion.duration), order))[:, self.dof] for order in range(3)]
+            return np.stack([values[0], values[1] * inside, values[2] * inside])
+
+        velocity, acceleration = self.limits[drawing]
+        jerk = np.append((1 - self.settings.margin) * self.jerk, np.inf)
+        t, moved = gentle(law, float(motion.duration), way, (velocity, acceleration, jerk))
+        t, moved = _sampled(t, moved, self.settings.sample_s)
+        return t, *moved[..., : self.dof]
 
     def _stretch(self, motion: Any, t: Floats, drawing: bool) -> float:
         """By how much a piece must be slowed where limits are exceeded between the places of the grid."""
