@@ -60,6 +60,7 @@ lint: $(VENV)/.dev
 bench: $(VENV)/.dev
 	@$(BIN)/limner evaluate speed --batch 40 --write docs $(if $(MODELS),--models $(MODELS))
 	@$(BIN)/limner evaluate strokes
+	@$(BIN)/limner evaluate arm
 
 docs: $(VENV)/.dev reference
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict

@@ -1,6 +1,7 @@
 import dataclasses
 import json
 
+import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -13,14 +14,15 @@ from limner.motion.arm.place import PlaceSettings
 from limner.motion.arm.plan import ArmSettings, plan_arm
 from limner.motion.arm.robots import load_robot
 from limner.simulation.commands import commands, hermite
-from limner.simulation.film import frames
+from limner.simulation.film import RATE, frames, to_film
 from limner.simulation.ink import widths
 from limner.simulation.outcome import distance_mm, follow, simulate
 from limner.simulation.render import _cast
 from limner.simulation.settings import FaultSettings, SimulationSettings
 from limner.simulation.sheet import Sheet, find_sheet
 from limner.simulation.thesis import STIFF_PRESS_MM, thesis_motion
-from limner.types import Drawing, Page, Pen
+from limner.targets import joints
+from limner.types import Drawing, Page, Pen, Photo
 
 pytest.importorskip("mujoco", reason="pip install 'limner[robot]'")
 pytest.importorskip("urdf_parser_py", reason="pip install 'limner[robot]'")
@@ -205,6 +207,55 @@ def test_the_film_shows_arm_and_ink_growing(go):
     assert orange > 300
 
 
+@pytest.mark.slow
+def test_films_are_written_and_read_back_with_the_photo_beside(go, tmp_path):
+    photo = Photo(np.full((60, 40, 3), (10, 200, 30), np.uint8))
+    for suffix in (".gif", ".mp4"):
+        file = tmp_path / f"film{suffix}"
+        file.write_bytes(to_film(go(), Pen(), suffix, 0.5, photo))
+        film, pictures = cv2.VideoCapture(str(file)), []
+        while (read := film.read())[0]:
+            pictures.append(read[1][..., ::-1].astype(int))
+        assert len(pictures) >= 0.5 * RATE[suffix]
+        green = (np.abs(pictures[0] - [10, 200, 30]).max(-1) < 40).sum()
+        assert green > 20_000
+        assert (np.abs(pictures[-1] - pictures[0]).max(-1) > 60).sum() > 500
+
+
+def test_dots_are_drawn_as_dots(planned):
+    places = np.array([[60.0, 90.0], [70.0, 95.0], [65.0, 110.0], [80.0, 100.0]])
+    dots = Drawing(tuple(places[:, None]), ("face",) * 4, np.ones(4))
+    plan = plan_arm(dots, planned.robot, ArmSettings(place=PlaceSettings(at="-0.25,0.4,-0.3,90")))
+    made = simulate(plan.trajectory, plan.robot, SimulationSettings(), dots)
+    ink = np.array([line.mean(0) for line, _ in made.ink.lines()])
+    assert len(ink) == 4
+    assert np.hypot(*(ink - places).T).max() < 0.5
+    assert made.report()["travel_ink_mm"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["lwa4d", "ur5e"])
+def test_other_arms_draw_too(drawing, name):
+    robot = load_robot(name)
+    made = simulate(plan_arm(drawing, robot, ArmSettings()).trajectory, robot, SimulationSettings(), drawing)
+    report = made.report()
+    assert report["contact_percent"] >= 99.5
+    assert report["ink_error_mm"]["p95"] < 0.5
+    assert report["travel_ink_mm"] == 0
+
+
+def test_the_plan_says_how_far_it_presses(planned, drawing, tmp_path):
+    for suffix in joints.FORMATS:
+        joints.save(planned.trajectory, tmp_path / f"m{suffix}")
+        assert joints.load(tmp_path / f"m{suffix}").press_mm == PRESS_MM
+    shallow = ArmSettings(place=PlaceSettings(at="-0.25,0.4,-0.3,90"), lift=LiftSettings(press_mm=1.0))
+    plan = plan_arm(drawing, planned.robot, shallow)
+    made = simulate(plan.trajectory, plan.robot, SimulationSettings(), drawing)
+    assert made.sheet.points_mm(plan.placement.points_m([0.0, 0.0]))[2] == pytest.approx(0, abs=1e-2)
+    with pytest.raises(BadInput, match="press_mm"):
+        dataclasses.replace(plan.trajectory, press_mm=-1.0)
+
+
 def test_a_capsule_is_met_where_it_is():
     rays = np.array([[[0, 0, 1.0], [0.0, 0.6, 0.8]]], np.float32)
     ends = np.array([[-1, 0, 5], [1, 0, 5]], np.float32)
@@ -254,15 +305,17 @@ def test_the_command_writes_ink_and_numbers(planned, drawing, tmp_path):
     storage.save(planned.trajectory, tmp_path / "tr.json")
     storage.save(drawing, tmp_path / "d.json")
     out = tmp_path / "out"
+    cv2.imwrite(str(tmp_path / "p.png"), np.full((40, 30, 3), 99, np.uint8))
+    files = ["--drawing", str(tmp_path / "d.json"), "--photo", str(tmp_path / "p.png")]
     done = CliRunner().invoke(
         limner,
-        ["simulate", str(tmp_path / "tr.json"), "--drawing", str(tmp_path / "d.json"), "-o", str(out), "--json"],
+        ["simulate", str(tmp_path / "tr.json"), *files, "-o", str(out), "--json"],
     )
     assert done.exit_code == 0, done.output
     told = json.loads(done.stdout)
     assert told["contact_percent"] >= 99.5
     assert json.loads((out / "report.json").read_text())["ink_mm"] == told["ink_mm"]
-    assert {path.name for path in out.iterdir()} >= {"ink.svg", "ink.png", "overlay.png", "force.png"}
+    assert {path.name for path in out.iterdir()} >= {"ink.svg", "ink.png", "overlay.png", "force.png", "beside.png"}
     from limner.targets.files import read_drawing
 
     ink = read_drawing(out / "ink.svg")
@@ -274,3 +327,17 @@ def test_unknown_limits_are_refused_before_any_physics(planned):
     slower = dataclasses.replace(planned.robot, velocity=planned.robot.velocity / 2)
     with pytest.raises(CannotDraw, match="velocity"):
         simulate(planned.trajectory, slower)
+
+
+@pytest.mark.slow
+def test_a_photo_is_drawn_by_the_simulated_arm_in_one_command(tmp_path):
+    photo = pytest.importorskip("skimage").data.astronaut()[:300, 80:380]
+    cv2.imwrite(str(tmp_path / "photo.png"), photo[..., ::-1])
+    out = tmp_path / "out"
+    command = ["draw", str(tmp_path / "photo.png"), "-n", "150", "-o", str(tmp_path / "d.svg"), "--json"]
+    done = CliRunner().invoke(limner, [*command, "--simulate", str(out)])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)["simulation"]
+    assert told["contact_percent"] >= 99.5
+    assert told["plan"]["robot"] == told["robot"] == "dumbo"
+    assert {path.name for path in out.iterdir()} >= {"trajectory.json", "ink.svg", "beside.png", "report.json"}

@@ -389,6 +389,7 @@ class JointTrajectory(Value):
         q, qd, qdd: (n, dof) position, velocity, acceleration [rad or m, per s, per s^2].
         down: (n,) whether the move that ends here draws.
         stroke: (n,) index of the stroke, -1 in travel.
+        press_mm: how far below the sheet the tip is led where it draws; a spring takes it up.
     """
 
     names: tuple[str, ...]
@@ -398,6 +399,7 @@ class JointTrajectory(Value):
     qdd: Floats
     down: NDArray[np.bool_]
     stroke: NDArray[np.int64]
+    press_mm: float = 0.0
 
     def __post_init__(self) -> None:
         self._freeze("names", tuple(str(name) for name in self.names))
@@ -409,6 +411,9 @@ class JointTrajectory(Value):
         self._freeze("down", frozen_array(self.down, np.bool_, (n,), "JointTrajectory.down"))
         self._freeze("stroke", frozen_array(self.stroke, np.int64, (n,), "JointTrajectory.stroke"))
         _check_time(self.t_s, "JointTrajectory.t_s")
+        self._freeze("press_mm", float(self.press_mm))
+        if not 0 <= self.press_mm <= 100:
+            raise BadInput(f"JointTrajectory.press_mm: {self.press_mm:g} mm, expected 0 to 100")
 
     def at(self, t_s: ArrayLike) -> Floats:
         """Joint positions at the given times, linear between samples, held before and after: (..., dof)."""

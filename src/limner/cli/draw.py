@@ -107,10 +107,10 @@ def arm_draws(portrait: pipeline.Portrait, robot: str, folder: str) -> dict[str,
 
     arm, settings = load_robot(robot), portrait.settings
     planned = plan_arm(portrait.drawing, arm, settings.arm)
-    # The paper lies where this plan takes it to lie.
-    physics = settings.simulation.replace(press_mm=settings.arm.lift.press_mm)
     pen = portrait.drawing.pen
-    report = simulated(planned.trajectory, arm, physics, portrait.drawing, pen, Wanted(folder))
+    report = simulated(
+        planned.trajectory, arm, settings.simulation, portrait.drawing, pen, Wanted(folder, photo=portrait.photo)
+    )
     storage.save(planned.trajectory, Path(folder) / "trajectory.json")
     for line in told(report):
         click.echo(line, err=True)

@@ -22,10 +22,12 @@ from limner.cli.tables import figures, tables
 from limner.cli.thesis import thesis
 from limner.errors import BadInput
 from limner.evaluate import bench
+from limner.evaluate.arm import measure_arm
 from limner.evaluate.false_alarms import sample_folder
 from limner.evaluate.speed import Row, measure_speed
 from limner.evaluate.strokes import measure_strokes
 from limner.evaluate.studio import measure_studio
+from limner.motion.arm.robots import load_robot
 from limner.pipeline import Settings
 from limner.types import Photo
 from limner.vision.photo import load_photo
@@ -110,6 +112,22 @@ def strokes(photo: str | None, kicks: int, as_json: bool) -> None:
         click.echo(json.dumps({"strokes": [dataclasses.asdict(row) for row in rows]}))
     else:
         Console(highlight=False).print(speed_table(rows, "limner: strokes", 3))
+
+
+@evaluate.command()
+@click.argument("photo", metavar="[PHOTO]", required=False)
+@click.option("--robot", default="dumbo", metavar="NAME", help="The arm, or a URDF of your own. Default: dumbo.")
+@click.option("--points", "-n", type=click.IntRange(10), default=600, metavar="N", help="At most. Default: 600.")
+@options.json_option
+def arm(photo: str | None, robot: str, points: int, as_json: bool) -> None:
+    """Plan and simulate how an arm draws PHOTO; limits, inverse kinematics, ink, and the thesis's way beside it."""
+    settings = Settings().assign("select.points", str(points))
+    drawing = pipeline.draw(photo or astronaut(), settings).drawing
+    rows = list(measure_arm(drawing, load_robot(robot), settings.arm, settings.simulation))
+    if as_json:
+        click.echo(json.dumps({"arm": [dataclasses.asdict(row) for row in rows]}))
+    else:
+        Console(highlight=False).print(speed_table(rows, f"limner: {robot}", 3))
 
 
 def speed_table(rows: list[Row], title: str = "limner: speed and memory", digits: int = 0) -> Table:

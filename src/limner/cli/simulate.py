@@ -22,7 +22,9 @@ from limner.simulation.outcome import Simulation, simulate as simulate_arm
 from limner.simulation.settings import SimulationSettings
 from limner.simulation.thesis import beside_the_thesis
 from limner.targets import files, image, joints
-from limner.types import Drawing, JointTrajectory, Pen
+from limner.targets.sheet import Tile, to_sheet
+from limner.types import Drawing, JointTrajectory, Pen, Photo
+from limner.vision.photo import load_photo
 
 faults: tuple[Callable[[Any], Any], ...] = (
     options.flag("simulation.fault.paper_mm", "--paper-error", metavar="MM"),
@@ -46,6 +48,7 @@ faults: tuple[Callable[[Any], Any], ...] = (
     metavar="FILE",
     help=f"What is drawn ({', '.join(files.READABLE)}): tells the page's size and turn, which a trajectory does not.",
 )
+@click.option("--photo", metavar="FILE", help="Of whom it is: shown beside the ink (beside.png) and in the film.")
 @click.option("--out", "-o", metavar="DIR", help="Folder for ink.svg, ink.png, overlay.png, force.png, report.json.")
 @click.option(
     "--film",
@@ -64,6 +67,7 @@ def simulate(
     trajectory: str,
     robot: str,
     drawing: str | None,
+    photo: str | None,
     out: str | None,
     film_kind: str | None,
     thesis: bool,
@@ -74,18 +78,19 @@ def simulate(
     """Let a simulated arm draw TRAJECTORY (of `limner plan --robot`): .json, .npz or .csv.
 
     MuJoCo simulates servos, gravity, the sprung pen and its friction on the paper. Where the sheet lies is computed
-    from the trajectory's own pen-down places, less the planned press (simulation.press_mm). A trajectory that exceeds
-    a limit of the robot is refused.
+    from the trajectory's own pen-down places, less the press that it was planned with. A trajectory that exceeds a
+    limit of the robot is refused.
     """
     settings = options.chosen_settings(ctx, Settings, save_settings)
-    if (film_kind or thesis) and not out:
-        raise BadInput("--film and --thesis need a folder to write to; name one with --out")
+    if (film_kind or thesis or photo) and not out:
+        raise BadInput("--film, --thesis and --photo need a folder to write to; name one with --out")
+    shown = load_photo(photo) if photo else None
     chosen = settings.simulation.replace(stiff=True) if stiff else settings.simulation
     arm = load_robot(robot)
     drawn = files.read_drawing(drawing) if drawing else None
     motion = joints.load(trajectory)
     pen = drawn.pen if drawn else Pen(settings.page.pen_mm)
-    report = simulated(motion, arm, chosen, drawn, pen, Wanted(out, film_kind, thesis))
+    report = simulated(motion, arm, chosen, drawn, pen, Wanted(out, film_kind, thesis, shown))
     if as_json:
         click.echo(json.dumps(report))
     else:
@@ -94,11 +99,12 @@ def simulate(
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is written of a simulation: nothing without a folder; ``film`` is gif, mp4 or None."""
+    """What is written of a simulation: nothing without a folder; ``film`` is gif, mp4 or None; ``photo`` beside it."""
 
     folder: str | None
     film: str | None = None
     thesis: bool = False
+    photo: Photo | None = None
 
 
 def simulated(
@@ -130,10 +136,13 @@ def write(made: Simulation, pen: Pen, report: dict[str, Any], wanted: Wanted) ->
         "force.png": image.encode_png(pictures.force_picture(made)),
         "report.json": (json.dumps(report, indent=1) + "\n").encode(),
     }
+    if wanted.photo is not None:
+        beside = to_sheet([Tile(wanted.photo.rgb, "photo"), Tile(pictures.ink_picture(made, pen), "ink")], 2, 700)
+        written["beside.png"] = image.encode_png(beside)
     if wanted.thesis:
         written["thesis.png"] = image.encode_png(beside_the_thesis(made, pen))
     if wanted.film:
-        written[f"film.{wanted.film}"] = film.to_film(made, pen, f".{wanted.film}")
+        written[f"film.{wanted.film}"] = film.to_film(made, pen, f".{wanted.film}", photo=wanted.photo)
     for name, data in written.items():
         storage.write_whole(folder / name, data)
     return [str(folder / name) for name in written]

@@ -13,7 +13,7 @@ from limner.simulation.ink import widths
 from limner.simulation.outcome import Simulation
 from limner.simulation.render import Camera, Picture, Scene
 from limner.targets.movie import HOLD_S, encode_mp4
-from limner.types import Floats, Pen
+from limner.types import Floats, Pen, Photo
 
 RATE = {".gif": 10, ".mp4": 25}
 """Pictures per second."""
@@ -25,14 +25,14 @@ _PAPER_PX_PER_MM = 6.0
 _SHIFT = 4
 
 
-def to_film(made: Simulation, pen: Pen, suffix: str, seconds: float = 12.0) -> bytes:
-    """The film as a file that ends in ``suffix``, .gif or .mp4.
+def to_film(made: Simulation, pen: Pen, suffix: str, seconds: float = 12.0, photo: Photo | None = None) -> bytes:
+    """The film as a file that ends in ``suffix``, .gif or .mp4, with the photo at its left if there is one.
 
     Raises:
         BadInput: this OpenCV cannot write MP4.
     """
     rate = RATE[suffix]
-    pictures = frames(made, pen, max(2, round(seconds * rate)))
+    pictures = frames(made, pen, max(2, round(seconds * rate)), photo)
     return encode_mp4(pictures, rate) if suffix == ".mp4" else _gif(list(pictures), rate)
 
 
@@ -46,8 +46,9 @@ def _gif(pictures: list[Picture], rate: int) -> bytes:
     return data.getvalue()
 
 
-def frames(made: Simulation, pen: Pen, count: int) -> Iterator[Picture]:
-    """Pictures (H, W, 3) at even times: the arm at the left, its sheet from above at the right."""
+def frames(made: Simulation, pen: Pen, count: int, photo: Photo | None = None) -> Iterator[Picture]:
+    """Pictures (H, W, 3) at even times: the photo if there is one, the arm, its sheet from above."""
+    left = _photo_panel(photo) if photo is not None else np.zeros((SIZE_PX[1], 0, 3), np.uint8)
     page = made.paper.page
     paper = np.full(
         (round(page.height_mm * _PAPER_PX_PER_MM), round(page.width_mm * _PAPER_PX_PER_MM), 3), 255, np.uint8
@@ -65,7 +66,19 @@ def frames(made: Simulation, pen: Pen, count: int) -> Iterator[Picture]:
                 )
         done = max(done, k + 1)
         view = scene.picture(made.record.q[k], made.record.tip_m[k], paper)
-        yield _beside(view, paper, place[k], made, int(k))
+        right = _beside(view, paper, place[k], made, int(k))
+        yield np.ascontiguousarray(np.concatenate([left, right], axis=1))
+
+
+def _photo_panel(photo: Photo) -> Picture:
+    height, room = SIZE_PX[1], SIZE_PX[1] - 70
+    scale = min(room / photo.rgb.shape[0], 340 / photo.rgb.shape[1])
+    small = cv2.resize(photo.rgb, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    # Films are coded in pairs of columns.
+    panel = np.full((height, (small.shape[1] + 41) // 2 * 2, 3), 246, np.uint8)
+    top = (room - small.shape[0]) // 2 + 20
+    panel[top : top + small.shape[0], 20 : 20 + small.shape[1]] = small
+    return panel
 
 
 def camera(made: Simulation) -> Camera:

@@ -48,6 +48,11 @@ class Simulation:
     plan_mm: dict[int, Floats]
     settings: SimulationSettings
 
+    @property
+    def press_mm(self) -> float:
+        """How far below the sheet the tip is led."""
+        return self.trajectory.press_mm if self.settings.press_mm is None else self.settings.press_mm
+
     def report(self) -> dict[str, Any]:
         """Numbers for people and programs."""
         steps, made = self.ink.steps_mm(), self.ink
@@ -126,7 +131,8 @@ def simulate(
     """
     settings = settings or SimulationSettings()
     check(trajectory, robot)
-    return follow(trajectory, robot, find_sheet(trajectory, robot, settings.press_mm, drawing), settings, watch)
+    press_mm = trajectory.press_mm if settings.press_mm is None else settings.press_mm
+    return follow(trajectory, robot, find_sheet(trajectory, robot, press_mm, drawing), settings, watch)
 
 
 def follow(

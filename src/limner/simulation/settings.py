@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from limner.motion.arm.lifted import LiftSettings
 from limner.settings import SettingsGroup, group, setting
 
 
@@ -28,8 +27,12 @@ class FaultSettings(SettingsGroup):
 class SimulationSettings(SettingsGroup):
     """The arm's servos, the pen, and the paper."""
 
-    press_mm: float = setting(
-        LiftSettings().press_mm, "the paper lies this far above the planned way of the tip", unit="mm", low=0, high=10
+    press_mm: float | None = setting(
+        None,
+        "the paper lies this far above the planned way of the tip; not set: as the trajectory says",
+        unit="mm",
+        low=0,
+        high=100,
     )
     stiff: bool = setting(False, "the pen is held stiffly instead of by a spring")
     spring_n_per_m: float = setting(200.0, "stiffness of the pen's spring", unit="N/m", low=1, high=1e5)

@@ -47,7 +47,7 @@ def beside_the_thesis(made: Simulation, pen: Pen) -> Picture:
 
     tiles = [
         ("the thesis's way, a stiff pen", theirs(True, STIFF_PRESS_MM)),
-        ("the thesis's way, a sprung pen", theirs(False, settings.press_mm)),
+        ("the thesis's way, a sprung pen", theirs(False, made.press_mm)),
         ("limner, a sprung pen", follow(made.trajectory, made.robot, made.sheet, settings.replace(stiff=False))),
     ]
     return to_sheet([Tile(overlay_picture(one, pen), title, _told(one)) for title, one in tiles], 3, 540)

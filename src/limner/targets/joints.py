@@ -22,13 +22,15 @@ _KINDS = ("q", "qd", "qdd")
 
 
 def to_csv(trajectory: JointTrajectory) -> bytes:
-    """One row a sample: time, then position, velocity and acceleration of each joint, then pen and stroke."""
+    """One row a sample: time, then position, velocity and acceleration of each joint, then pen, stroke and press."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["t_s", *(f"{kind}:{name}" for kind in _KINDS for name in trajectory.names), "down", "stroke"])
+    writer.writerow(
+        ["t_s", *(f"{kind}:{name}" for kind in _KINDS for name in trajectory.names), "down", "stroke", "press_mm"]
+    )
     columns = np.column_stack([trajectory.t_s, trajectory.q, trajectory.qd, trajectory.qdd])
     for numbers, down, stroke in zip(columns.tolist(), trajectory.down, trajectory.stroke, strict=True):
-        writer.writerow([*map(repr, numbers), int(down), int(stroke)])
+        writer.writerow([*map(repr, numbers), int(down), int(stroke), repr(trajectory.press_mm)])
     return text.getvalue().encode()
 
 
@@ -44,14 +46,18 @@ def from_csv(data: bytes, name: str) -> JointTrajectory:
     except (ValueError, UnicodeDecodeError, csv.Error) as error:
         raise BadInput(f"{name}: is no table of a joint trajectory ({error})") from error
     names = tuple(column.partition(":")[2] for column in header if column.startswith("q:"))
-    expected = ["t_s", *(f"{kind}:{joint}" for kind in _KINDS for joint in names), "down", "stroke"]
-    if header != expected or table.ndim != 2 or not names:
+    expected = ["t_s", *(f"{kind}:{joint}" for kind in _KINDS for joint in names), "down", "stroke", "press_mm"]
+    if header not in (expected, expected[:-1]) or table.ndim != 2 or not names:
         raise BadInput(
-            f"{name}: is no table of a joint trajectory; expected the columns t_s, q:, qd:, qdd:, down, stroke"
+            f"{name}: is no table of a joint trajectory; expected the columns t_s, q:, qd:, qdd:, down, stroke,"
+            " and press_mm if it is known"
         )
-    dof = len(names)
+    dof, rest = len(names), 1 + 3 * len(names)
+    press_mm = float(table[0, rest + 2]) if len(header) > rest + 2 and len(table) else 0.0
     q, qd, qdd = (table[:, 1 + k * dof : 1 + (k + 1) * dof] for k in range(3))
-    return JointTrajectory(names, table[:, 0], q, qd, qdd, table[:, -2] != 0, table[:, -1].astype(np.int64))
+    return JointTrajectory(
+        names, table[:, 0], q, qd, qdd, table[:, rest] != 0, table[:, rest + 1].astype(np.int64), press_mm
+    )
 
 
 def waypoints(trajectory: JointTrajectory, tips: Floats) -> list[dict[str, Any]]:

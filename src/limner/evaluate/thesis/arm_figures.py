@@ -183,7 +183,7 @@ def _theirs(ours: Simulation, pen: Pen) -> Tile:
     down = ours.trajectory.q[ours.trajectory.down][0]
     misses = ours.settings.replace(fault=FaultSettings(repeat_mm=MISS_MM, seed=0), stiff=False)
     try:
-        motion = thesis_motion(ours.plan_mm, ours.sheet, ours.robot.forward(down)[:3, :3], ours.robot, misses.press_mm)
+        motion = thesis_motion(ours.plan_mm, ours.sheet, ours.robot.forward(down)[:3, :3], ours.robot, ours.press_mm)
     except CannotDraw as error:
         return Tile(np.full((300, 240, 3), 255, np.uint8), title, str(error))
     return _outcome(title, follow(motion, ours.robot, ours.sheet, misses), pen)

@@ -185,6 +185,7 @@ def _part(motion: JointTrajectory, a: int, b: int) -> JointTrajectory:
         motion.qdd[cut],
         motion.down[cut],
         motion.stroke[cut],
+        motion.press_mm,
     )
 
 

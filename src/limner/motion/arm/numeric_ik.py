@@ -92,6 +92,12 @@ class PinocchioArm:
         self.last = parent
         self.tip = pinocchio.SE3(robot.before[-1].copy())
 
+    def forward(self, q: Floats) -> Floats:
+        """The tip's pose (4, 4) in the base frame at joint positions (dof,)."""
+        self.pin.forwardKinematics(self.model, self.data, q)
+        pose: Floats = (self.data.oMi[self.last] * self.tip).homogeneous
+        return pose
+
     def solve(self, tip: Floats, start: Floats) -> tuple[Floats, bool]:
         """Joint positions (dof,) within the limits that bring the tip to a pose (4, 4), from a start nearby.
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from limner import transforms
 from limner.errors import BadInput
-from limner.types import Floats, Value, frozen_array
+from limner.types import Drawing, Floats, Page, Value, frozen_array
 
 _FLIP = transforms.rotation((1.0, 0.0, 0.0), np.pi)
 """The pen points down: its z axis against the paper's."""
@@ -198,6 +198,30 @@ class PlaneMapping:
 
     def _matrix(self) -> Floats:
         return np.array([[self.a, self.b], [self.b, -self.a]])
+
+
+def thesis_sheet(drawing: Drawing, height_m: float) -> tuple[Drawing, Placement]:
+    """The thesis's way of placing a picture: its corners go to those of the drawing area, which turns and scales it.
+
+    Args:
+        drawing: the picture is its page.
+        height_m: of the table in ``arm_base_link``, which the thesis does not tell.
+
+    Returns:
+        The drawing at the size that it is drawn in, and where its page then lies.
+    """
+    page = drawing.page
+    mapping = PlaneMapping.between(THESIS_AREA_M, ((0, 0), (page.width_mm, page.height_mm)))
+    scale = 1000 / float(np.hypot(mapping.a, mapping.b))
+    corner, right = mapping.to_table(((0, page.height_mm), (page.width_mm, page.height_mm)))
+    turn = float(np.arctan2(*(right - corner)[::-1]))
+    base_from_paper = transforms.transform(transforms.rotation((0.0, 0.0, 1.0), turn), (*corner, height_m))
+    scaled = dataclasses.replace(
+        drawing,
+        lines_mm=tuple(scale * line for line in drawing.lines_mm),
+        page=Page(scale * page.width_mm, scale * page.height_mm, scale * page.margin_mm),
+    )
+    return scaled, Placement(base_from_paper)
 
 
 THESIS_AREA_M = ((-0.5221, 0.476), (-0.113, 0.264))

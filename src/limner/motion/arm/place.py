@@ -16,6 +16,10 @@ from limner.settings import SettingsGroup, setting
 from limner.types import Floats
 
 AUTO = "auto"
+THESIS = "thesis"
+
+THESIS_TABLE_M = -0.3
+"""Height of the table where the thesis's area is asked for and no height (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,8 @@ class PlaceSettings(SettingsGroup):
 
     at: str = setting(
         AUTO,
-        "centre of the sheet and its turn: x,y,z in metres and degrees, such as -0.4,0.3,-0.45,90; or auto: search",
+        "centre of the sheet and its turn: x,y,z in metres and degrees, such as -0.4,0.3,-0.45,90; auto: search;"
+        " thesis: scaled and turned into Dumbo's drawing area in the thesis",
     )
     table_m: float | None = setting(
         None, "height of the table in the base frame, for auto; not set: any", unit="m", low=-10, high=10
@@ -176,7 +181,7 @@ def parse_place(text: str, size_mm: tuple[float, float], spin_deg: float | None)
     except ValueError:
         numbers = []
     if len(numbers) not in (3, 4) or not np.isfinite(numbers).all():
-        raise BadInput(f"place: '{text}' is no place; expected auto, or x,y,z or x,y,z,turn in metres and degrees")
+        raise BadInput(f"place: '{text}' is no place; expected auto, thesis, x,y,z or x,y,z,turn in metres and degrees")
     turn = math.radians(numbers[3]) if len(numbers) == 4 else 0.0
     return Placement.flat(numbers[:3], size_mm, turn, math.radians(spin_deg or 0.0))
 

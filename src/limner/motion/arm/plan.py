@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from limner.motion.arm.check import check
 from limner.motion.arm.collide import Collision, deepest
 from limner.motion.arm.ik import Inverse, InverseSettings, inverse
 from limner.motion.arm.lifted import LiftedPath, LiftSettings, lifted_path
-from limner.motion.arm.paper import Placement
+from limner.motion.arm.paper import Placement, thesis_sheet
 from limner.motion.arm.place import PlaceSettings, ReachMap
 from limner.motion.arm.retime import RetimeSettings, joined, move, retime
 from limner.motion.arm.robot import SAFE, Robot
@@ -100,6 +101,9 @@ def plan_arm(drawing: Drawing, robot: Robot, settings: ArmSettings, placement: P
     """
     seconds: dict[str, float] = {}
     arm = inverse(robot, settings.inverse)
+    if placement is None and settings.place.at == places.THESIS:
+        table_m = settings.place.table_m
+        drawing, placement = thesis_sheet(drawing, places.THESIS_TABLE_M if table_m is None else table_m)
     path = lifted_path(drawing, settings.lift)
     search = _Search(robot, arm, path, (drawing.page.width_mm, drawing.page.height_mm), settings.place)
     started = time.perf_counter()
@@ -115,7 +119,8 @@ def plan_arm(drawing: Drawing, robot: Robot, settings: ArmSettings, placement: P
     seconds["inverse"] = time.perf_counter() - started
     started = time.perf_counter()
     drawn = retime(robot, path, q, settings.retime)
-    trajectory = _from_safe_and_back(robot, drawn, settings.retime)
+    whole = _from_safe_and_back(robot, drawn, settings.retime)
+    trajectory = dataclasses.replace(whole, press_mm=settings.lift.press_mm)
     check(trajectory, robot, jerk_limited=settings.retime.jerk_limited)
     seconds["retime"] = time.perf_counter() - started
     return ArmPlan(robot, placed, path, trajectory, seconds)

@@ -125,11 +125,12 @@ def joined(parts: Sequence[JointTrajectory]) -> JointTrajectory:
     starts = np.cumsum([0.0, *(part.t_s[-1] for part in parts)])
     t_s = [start + part.t_s for start, part in zip(starts[:-1], parts, strict=True)]
     keep = [slice(1 if i else 0, None) for i in range(len(parts))]
-    fields = {
+    fields: dict[str, Any] = {
         name: np.concatenate([getattr(part, name)[k] for part, k in zip(parts, keep, strict=True)])
         for name in ("q", "qd", "qdd", "down", "stroke")
     }
-    return JointTrajectory(parts[0].names, np.concatenate([t[k] for t, k in zip(t_s, keep, strict=True)]), **fields)
+    times = np.concatenate([t[k] for t, k in zip(t_s, keep, strict=True)])
+    return JointTrajectory(parts[0].names, times, **fields, press_mm=max(part.press_mm for part in parts))
 
 
 class _Timer:
