@@ -5,9 +5,9 @@ from hypothesis import given, strategies as st
 from limner import transforms
 from limner.errors import BadInput
 from limner.motion.arm.calibrate import calibrate
-from limner.motion.arm.paper import THESIS_AREA_M, Placement, PlaneMapping
+from limner.motion.arm.paper import THESIS_AREA_M, Placement, PlaneMapping, thesis_sheet
 from limner.simulation.sheet import Sheet
-from limner.types import Page
+from limner.types import Drawing, Page
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -120,6 +120,13 @@ def test_the_thesis_mapping_takes_its_own_corners_to_the_picture():
     # Four numbers: it keeps angles, so lengths shrink by the ratio of the diagonals.
     diagonal = np.hypot(*np.subtract(*THESIS_AREA_M))
     assert np.hypot(mapping.a, mapping.b) == pytest.approx(np.hypot(479, 639) / diagonal)
+
+
+def test_the_thesis_sheet_has_its_corners_where_the_thesis_has_them():
+    drawing = Drawing((np.array([[0, 210.0], [148, 0]]),), ("face",), np.ones(1))
+    scaled, placed = thesis_sheet(drawing, -0.25)
+    assert np.allclose(placed.points_m(scaled.lines_mm[0]), np.column_stack([THESIS_AREA_M, [-0.25, -0.25]]))
+    assert scaled.page.width_mm / scaled.page.height_mm == pytest.approx(148 / 210)
 
 
 def test_a_drawing_area_of_no_size_is_refused():

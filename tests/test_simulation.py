@@ -222,17 +222,6 @@ def test_films_are_written_and_read_back_with_the_photo_beside(go, tmp_path):
         assert (np.abs(pictures[-1] - pictures[0]).max(-1) > 60).sum() > 500
 
 
-def test_dots_are_drawn_as_dots(planned):
-    places = np.array([[60.0, 90.0], [70.0, 95.0], [65.0, 110.0], [80.0, 100.0]])
-    dots = Drawing(tuple(places[:, None]), ("face",) * 4, np.ones(4))
-    plan = plan_arm(dots, planned.robot, ArmSettings(place=PlaceSettings(at="-0.25,0.4,-0.3,90")))
-    made = simulate(plan.trajectory, plan.robot, SimulationSettings(), dots)
-    ink = np.array([line.mean(0) for line, _ in made.ink.lines()])
-    assert len(ink) == 4
-    assert np.hypot(*(ink - places).T).max() < 0.5
-    assert made.report()["travel_ink_mm"] == 0
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["lwa4d", "ur5e"])
 def test_other_arms_draw_too(drawing, name):
