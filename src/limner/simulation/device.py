@@ -44,7 +44,8 @@ class SimulatedArm:
 
     def open(self) -> None:
         """Make the world: the sheet lies where the motion touches it."""
-        sheet = find_sheet(self._route.motion, self._route.robot, self._settings.press_mm)
+        motion = self._route.motion
+        sheet = find_sheet(motion, self._route.robot, self._settings.press_for(motion))
         self._model = to_mjcf(self._route.robot, sheet.faulty(self._settings.fault), self._settings)
 
     def draw(self, index: int, stopping: Callable[[], bool]) -> bool:

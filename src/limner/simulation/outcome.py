@@ -51,7 +51,7 @@ class Simulation:
     @property
     def press_mm(self) -> float:
         """How far below the sheet the tip is led."""
-        return self.trajectory.press_mm if self.settings.press_mm is None else self.settings.press_mm
+        return self.settings.press_for(self.trajectory)
 
     def report(self) -> dict[str, Any]:
         """Numbers for people and programs."""
@@ -131,8 +131,8 @@ def simulate(
     """
     settings = settings or SimulationSettings()
     check(trajectory, robot)
-    press_mm = trajectory.press_mm if settings.press_mm is None else settings.press_mm
-    return follow(trajectory, robot, find_sheet(trajectory, robot, press_mm, drawing), settings, watch)
+    sheet = find_sheet(trajectory, robot, settings.press_for(trajectory), drawing)
+    return follow(trajectory, robot, sheet, settings, watch)
 
 
 def follow(

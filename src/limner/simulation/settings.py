@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from limner.settings import SettingsGroup, group, setting
+from limner.types import JointTrajectory
 
 
 @dataclass(frozen=True)
@@ -49,3 +50,7 @@ class SimulationSettings(SettingsGroup):
     )
     command_hz: float = setting(100.0, "commands to the servos per second", unit="Hz", low=10, high=1000)
     fault: FaultSettings = group(FaultSettings)
+
+    def press_for(self, trajectory: JointTrajectory) -> float:
+        """How far below the sheet the tip is led [mm]: as set here, else as the trajectory says."""
+        return trajectory.press_mm if self.press_mm is None else self.press_mm
