@@ -26,6 +26,7 @@ NOT = re.compile(r"GPL|GNU|MPL|Mozilla|UNKNOWN|Commercial|Proprietary")
 
 EXCEPTIONS = {
     "atheris": "Apache-2.0, which its metadata does not say; only in tests",
+    "axe-playwright-python": "MIT, which its metadata does not say; holds axe-core (MPL-2.0); only in tests",
     "certifi": "MPL-2.0: a list of certificates, used unchanged by httpx in tests and the documentation's builder",
     "cmeel-qhull": "Qhull's own licence, permissive; its metadata does not say; extra robot",
     "hypothesis": "MPL-2.0; only in tests",
