@@ -1,8 +1,9 @@
-"""Nothing goes in; after it, the libraries of this process use one thread: as many processes as cores do not fight."""
+"""A process becomes a worker: its libraries use one thread, so that many do not fight, and it keeps freed memory."""
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import functools
 import os
 from collections.abc import Iterator
@@ -21,6 +22,23 @@ def hold_threads() -> None:
     os.environ[CORES] = "1"
     cv2.setNumThreads(1)
     threadpool_limits(1)
+    _keep_memory()
+
+
+# Of glibc's malloc.h: which threshold, and ours [bytes].
+_TRIM, _MMAP = (-1, 256 * 2**20), (-3, 32 * 2**20)
+
+
+def _keep_memory() -> None:
+    """Arrays come and go; what is freed stays with the process, for the next of them.
+
+    Dask has its workers give back all they free (MALLOC_TRIM_THRESHOLD_), and every new array then costs page faults,
+    which doubles the time of a drawing.
+    """
+    with contextlib.suppress(OSError, AttributeError, TypeError):  # another system's C library
+        mallopt = ctypes.CDLL(None).mallopt
+        for threshold in (_TRIM, _MMAP):
+            mallopt(*threshold)
 
 
 @contextlib.contextmanager
