@@ -163,6 +163,7 @@ def test_the_operators_page_hears_too(operator, guest):
     assert studios.refused(guest, base, "/ws/operator")
 
 
+@pytest.mark.slow
 def test_a_studio_that_is_no_booth_has_no_queue():
     with studios.serving() as server, studios.enter(server) as client:
         assert client.get("/api/queue").status_code == 404

@@ -251,6 +251,7 @@ def test_killed_in_mid_job_it_is_there_again_and_goes_on(tmp_path):
     assert not list(tmp_path.rglob("*.npz")), "nothing is left of a job that is done"
 
 
+@pytest.mark.slow
 def test_what_was_left_behind_can_be_forgotten(tmp_path):
     killed_in_mid_job(tmp_path)
     with studios.serving(state=tmp_path) as server, studios.enter(server) as client:
@@ -262,6 +263,7 @@ def test_what_was_left_behind_can_be_forgotten(tmp_path):
         assert client.get("/api/job").json()["state"] == "idle"
 
 
+@pytest.mark.slow
 def test_two_studios_have_a_job_each(tmp_path):
     with (
         studios.serving(state=tmp_path) as one,
@@ -273,6 +275,7 @@ def test_two_studios_have_a_job_each(tmp_path):
         assert second.get("/api/job").json()["state"] == "idle"
 
 
+@pytest.mark.slow
 def test_ended_in_mid_job_the_pen_goes_up_and_the_job_stays(tmp_path):
     with studios.serving(state=tmp_path) as server, studios.enter(server) as client:
         start(photographed(client), to="sim:20")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import signal
@@ -15,6 +16,7 @@ from pathlib import Path
 import httpx
 import numpy as np
 import pytest
+from PIL import Image
 
 import studios
 from limner.types import REGIONS
@@ -233,6 +235,22 @@ def test_no_face_is_told_and_landmarks_can_be_placed(client):
     assert placed.status_code == 200
     assert client.post(f"/api/photo/{about['photo']}/face", json={"index": 0}).status_code == 400
     assert client.post(f"/api/photo/{about['photo']}/face", content=b"{").status_code == 400
+
+
+def test_a_long_file_is_kept_small_and_drawn_the_same_by_another_process(server, client):
+    out = io.BytesIO()
+    with Image.open(io.BytesIO(studios.face_jpeg(1500))) as face:
+        face.save(out, "BMP")
+    assert len(out.getvalue()) > 6e6
+    photo = client.post("/api/photo", content=out.getvalue()).json()["photo"]
+    frames = []
+    with studios.live(client) as talk:
+        for rev in (1, 1):
+            talk.wish(rev=rev, photo=photo, settings={"style": "splines"})
+            frames.append(talk.hear(lambda said: said.get("final"))[1])
+            for pid in computing(server):
+                os.kill(pid, signal.SIGKILL)
+    assert frames[0] == frames[1]
 
 
 def test_two_people_do_not_see_each_others_photos(server, guest):

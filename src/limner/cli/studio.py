@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -63,7 +64,8 @@ def studio(
                 click.echo(f"operator: {address.operator_url}")
             click.echo("Ctrl-C ends it; photos are kept nowhere", err=True)
         if not no_browser:
-            webbrowser.open(address.url)
+            # Some browsers run in this terminal and would keep the server from answering them.
+            threading.Thread(target=webbrowser.open, args=(address.url,), daemon=True).start()
 
     serve(_read(settings) if settings else {}, make, host, port, booth=booth, ready=ready)
 

@@ -30,6 +30,9 @@ from limner.vision.quality import photo_notes
 SIDE_PX = 2048
 """A larger photo is looked at in this size; a face is drawn from 128 px between its eyes."""
 
+KEPT_BYTES = 4 * 2**20
+"""A longer file is kept as a JPEG of the size that is looked at."""
+
 DRAFT_KICKS, DRAFT_SIZE = 2, 0.7
 """How long the order of a draft is looked for, and in what part of its size a photo is looked at for it, where anew."""
 
@@ -83,15 +86,19 @@ class Desk:
             self._report(made)
 
     def photo(self, name: str, data: bytes) -> dict[str, Any]:
-        """Take a photo in; what was found in it, and the JPEG that is shown."""
+        """Take a photo in; what was found in it, the JPEG that is shown, and the file that is kept."""
         photo = shrink_photo(load_photo(data, still=True), SIDE_PX)
+        if len(data) > KEPT_BYTES:
+            # What is kept is what is drawn from, before and after this process is replaced.
+            data = encode_jpeg(photo.rgb, 95)
+            photo = load_photo(data)
         self._going_on()
         faces = find_faces(photo, self._base)
         self._held[name] = Held(photo, faces, Session(photo, _KEPT, self._going_on))
         while len(self._held) > _HELD:
             gone, _ = self._held.popitem(last=False)
             self._looked.pop(gone, None)
-        return {"about": self._found(photo, faces), "jpeg": encode_jpeg(photo.rgb)}
+        return {"about": self._found(photo, faces), "jpeg": encode_jpeg(photo.rgb), "data": data}
 
     def _found(self, photo: Photo, faces: tuple[Face, ...]) -> dict[str, Any]:
         width, height = photo.size_px

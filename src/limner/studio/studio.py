@@ -55,7 +55,7 @@ class Studio:
         """
         name = secrets.token_urlsafe(9)
         found = await self.computer.ask("photo", NOW, name=name, data=data)
-        held = HeldPhoto(name, data, found["jpeg"], {"photo": name} | found["about"])
+        held = HeldPhoto(name, found["data"], found["jpeg"], {"photo": name} | found["about"])
         visitor.photos.add(name, held)
         return held
 

@@ -19,7 +19,7 @@ class HeldPhoto:
 
     Attributes:
         name: under which it is asked for.
-        data: bytes of the file, as it was sent.
+        data: bytes of the file, as it was sent unless that was long.
         jpeg: upright, for the page.
         about: what was found in it, as the page gets it.
     """
