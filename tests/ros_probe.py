@@ -109,11 +109,21 @@ class Probe:
 
     def do_call(self, service):
         try:
-            rospy.wait_for_service(service, timeout=10)
+            rospy.wait_for_service(service, timeout=1)
             answer = rospy.ServiceProxy(service, Trigger)()
         except (rospy.ServiceException, rospy.ROSException) as error:
             return [None, str(error)]
         return [answer.success, answer.message]
+
+    def do_race(self, service):
+        """Two calls at once."""
+        answers = []
+        callers = [threading.Thread(target=lambda: answers.append(self.do_call(service))) for _ in range(2)]
+        for caller in callers:
+            caller.start()
+        for caller in callers:
+            caller.join()
+        return answers
 
     def do_photo(self, file, encoding="rgb8", size=None):
         rgb = load_photo(file).rgb

@@ -183,7 +183,10 @@ def test_two_starts_at_once_and_a_pause(desk):
     desk.plan(SQUARE, LINE, WAVE)
     assert "does not draw" in desk.refuse("pause")
     before = len(desk.statuses())
-    desk.grant("start")
+    (granted, _), (refused, why) = sorted(desk.probe("race", service="/limner/start"), reverse=True)
+    assert granted
+    assert refused is False
+    assert "the arm is drawing" in why
     for wish in ("start", "plan", "sketch", "calibrate_point"):
         assert "the arm is drawing" in desk.refuse(wish)
     assert "already" in desk.refuse("resume")
@@ -346,19 +349,30 @@ def test_the_master_goes_away_and_comes_back(desk):
     desk.grant("stop")
 
 
-def test_a_command_topic_and_a_preview_draw_the_same(desk):
-    for target in ("command", "none"):
-        desk.world.end("node")
-        if target == "none":
-            desk.world.end("controller")
-        desk.node(f"_target:={target}")
-        until(lambda: desk.call("plan")[0] is not None and min(desk.probe("connected")) > 0)
-        desk.plan(LINE, SQUARE)
-        before = len(desk.statuses())
-        desk.grant("start")
-        until(lambda: len(desk.ink()) > 5)
-        assert "stopped with the pen up" in desk.grant("stop")
-        until(lambda: desk.pen_height() > 30)
-        desk.grant("resume")
-        desk.finish(before)
-        assert desk.beside(desk.lines()) < 0.5
+def restarted(desk, *arguments):
+    desk.world.end("node")
+    desk.node(*arguments)
+    until(lambda: desk.call("pause")[0] is not None and min(desk.probe("connected")) > 0)
+
+
+def test_a_command_topic_draws_the_same(desk):
+    restarted(desk, "_target:=command")
+    desk.plan(LINE, SQUARE)
+    before = len(desk.statuses())
+    desk.grant("start")
+    until(lambda: len(desk.ink()) > 5)
+    assert "stopped with the pen up" in desk.grant("stop")
+    until(lambda: desk.pen_height() > 30)
+    desk.grant("resume")
+    desk.finish(before)
+    assert desk.beside(desk.lines()) < 0.5
+
+
+def test_a_preview_draws_without_an_arm(desk):
+    desk.world.end("controller")
+    restarted(desk, "_target:=none")
+    desk.plan(LINE)
+    before = len(desk.statuses())
+    desk.grant("start")
+    desk.finish(before)
+    assert desk.beside(desk.lines()) < 0.5
