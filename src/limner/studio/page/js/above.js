@@ -75,8 +75,9 @@ export class AboveView {
     fitPixels(this.front);
     const { width, height } = this.front;
     const seen = [[0, 0, 0], ...this._corners()];
-    const { joints, dof, times } = this.plan;
-    for (let i = 0; i < times.length; i += Math.max(1, times.length >> 4)) seen.push(...this._chain(Array.from(joints.slice(i * dof, (i + 1) * dof))).map(({ at }) => at));
+    const { joints, dof, times, line } = this.plan;
+    // Only while it draws: before and after the arm may stand anywhere.
+    for (let i = 0; i < times.length; i += Math.max(1, times.length >> 6)) if (line[i] >= 0) seen.push(...this._chain(Array.from(joints.slice(i * dof, (i + 1) * dof))).map(({ at }) => at));
     const [xs, ys] = [seen.map(([x]) => x), seen.map(([, y]) => y)];
     const [left, right, low, high] = [Math.min(...xs) - ROOM_M, Math.max(...xs) + ROOM_M, Math.min(...ys) - ROOM_M, Math.max(...ys) + ROOM_M];
     const scale = Math.min(width / (right - left), height / (high - low));

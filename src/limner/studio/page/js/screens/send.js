@@ -83,6 +83,7 @@ function preparing(app) {
   const go = h("button", { type: "button", class: "primary", disabled: true, onclick: () => send(false) }, "Start drawing");
   const trouble = h("p", { class: "note bad", role: "alert", hidden: true });
   let asked = 0;
+  let asking = "";
   const body = async () => {
     const kept = await app.keep();
     return kept && { drawing: kept.drawing, to: targets.to, ...app.drawer };
@@ -108,17 +109,19 @@ function preparing(app) {
       if (mine !== asked) return;
       trouble.hidden = false;
       trouble.textContent = error instanceof Error ? error.message : String(error);
-      list.replaceChildren();
+      show([]);
     }
   };
   const show = (/** @type {string[]} */ points) => {
+    if (points.join("\n") === asking) return refresh();
+    asking = points.join("\n");
     const boxes = points.map((point) => {
       const box = h("input", { type: "checkbox", onchange: () => refresh() });
       return { box, label: h("label", { class: "check block" }, box, h("span", {}, point)) };
     });
     checks = boxes.map(({ box }) => box);
     list.replaceChildren(...boxes.map(({ label }) => label));
-    refresh();
+    return refresh();
   };
   /** @type {HTMLInputElement[]} */
   let checks = [];
@@ -128,7 +131,7 @@ function preparing(app) {
     frame.disabled = !may || !targets.to || !trouble.hidden;
   };
   const targets = targetsPart(app, () => check());
-  const stop = app.store.watch(["plan", "robot", "settings"], () => targets.to && check());
+  const stop = app.store.watch(["robot", "settings"], () => targets.to && check());
   const parts = [
     drawer.element, targets.element,
     h("section", { "aria-labelledby": "check-title" }, h("h2", { id: "check-title" }, "Before it starts"), ready, list, trouble, h("div", { class: "row" }, frame, go)),
