@@ -6,6 +6,7 @@
 # make reference  the pages of it that are made from the program
 # make dist   build sdist and wheel into dist
 # make licences  docs/licences.md: the licence of every package that is used
+# make bench-studio how long a person waits in the studio, in Chromium
 # make studio-3d    bundle the 3-D view of the studio (needs npm); make dist does it too where npm is
 # make clean  remove what was built
 
@@ -21,7 +22,7 @@ DEBIAN  = $(shell grep -v '^\#' tests/debian.txt)
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 
-.PHONY: studio-3d demo test lint bench docs reference dist licences clean
+.PHONY: studio-3d bench-studio demo test lint bench docs reference dist licences clean
 .DEFAULT_GOAL := demo
 
 $(BIN)/python:
@@ -77,6 +78,9 @@ dist: $(VENV)/.dev
 
 licences: $(VENV)/.dev
 	@$(BIN)/python tools/licences.py
+
+bench-studio: $(VENV)/.dev
+	@PYTHONPATH=tests $(BIN)/python tools/studio_bench.py
 
 studio-3d:
 	@command -v npm >/dev/null || { echo "the 3-D view needs npm (Debian: apt-get install npm)"; exit 2; }

@@ -37,7 +37,7 @@ class Booth {
     this.leaveScene = leave;
     this.scene = name;
     main.replaceChildren(element);
-    (element.querySelector("button") ?? main).focus({ preventScroll: true });
+    main.focus({ preventScroll: true });
     this.stillHere();
   }
 

@@ -22,6 +22,7 @@ export function jobPart(app, base = "api/job") {
   const element = h("section", { class: "job", "aria-labelledby": "job-title" }, title, big, bar, said, help, h("div", { class: "row" }, buttons));
   const show = (/** @type {import("../job.js").Job} */ job) => {
     title.textContent = stateWords(job);
+    for (const part of [big, bar, said]) part.hidden = job.state === "idle";
     big.textContent = percent(job.share);
     bar.value = job.share;
     said.textContent = job.frame_only ? job.name : `Stroke ${job.stroke} of ${job.strokes} · ${clock(job.elapsed_s)} gone${job.state === "done" ? "" : `, ${duration(job.left_s)} left`} · ${job.name}`;
