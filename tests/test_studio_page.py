@@ -326,3 +326,27 @@ def test_the_whole_way_by_keys_on_a_narrow_calm_screen(server, browser):
     visit.go("Watch")
     assert visit.page.get_by_role("button", name="Play").is_visible()
     visit.context.close()
+
+
+def test_a_guest_of_the_booth_is_drawn_and_the_booth_begins_again(browser):
+    with studios.serving("--booth") as booth:
+        guest = browsers.Visit(browser, booth.url)
+        assert guest.violations() == []
+        guest.page.get_by_role("button", name="Touch to be drawn").click()
+        guest.page.locator(".three button").nth(2).wait_for()
+        assert guest.violations() == []
+        guest.page.locator(".three button").nth(1).click()
+        guest.page.get_by_role("heading", name="You are in the queue").wait_for()
+        assert guest.violations() == []
+        operator = browsers.Visit(browser, booth.said["operator_url"], context=browser.new_context())
+        operator.page.get_by_text("1 in the queue").wait_for()
+        assert operator.violations() == []
+        operator.page.get_by_label("Address").fill("sim:20")
+        operator.page.get_by_role("button", name="Use this machine").click()
+        operator.page.get_by_role("button", name="Begin the next").click()
+        guest.page.get_by_text("It is drawn.").wait_for()
+        guest.page.get_by_role("button", name="Done").click()
+        guest.page.get_by_role("button", name="Touch to be drawn").wait_for()
+        assert guest.complaints == operator.complaints == []
+        guest.context.close()
+        operator.context.close()
