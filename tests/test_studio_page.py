@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
+
 import pytest
+from PIL import Image, ImageOps
 
 import browsers
 import studios
@@ -198,6 +201,34 @@ def test_without_a_face_the_landmarks_are_placed_by_hand(visit):
     page.get_by_role("button", name="That is the face").click()
     # An even grey has no lines of its own: only the splines through the landmarks can be drawn.
     page.locator(".card", has_text="Splines").locator(".facts").wait_for()
+
+
+def two_faces():
+    """The astronaut beside herself, as JPEG."""
+    one = Image.open(io.BytesIO(studios.face_jpeg(360)))
+    both = Image.new("RGB", (720, 360), "white")
+    both.paste(one, (0, 0))
+    both.paste(ImageOps.mirror(one), (360, 0))
+    out = io.BytesIO()
+    both.save(out, "JPEG", quality=92)
+    return out.getvalue()
+
+
+def test_of_two_faces_one_is_clicked_and_the_one_before_stays_among_the_recent(drawn):
+    page = drawn.page
+    drawn.until("() => limnerApp.state.preview?.final")
+    drawn.go("Photo")
+    drawn.choose_photo(two_faces())
+    page.get_by_role("heading", name="Who is it to be?").wait_for()
+    assert drawn.violations() == []
+    faces = drawn.page.evaluate("() => limnerApp.state.photo.faces.map(face => face.box_px[0])")
+    right = faces.index(max(faces))
+    page.get_by_role("button", name=f"Face {right + 1}").click()
+    page.locator(".card .facts").first.wait_for()
+    assert min(x for x, _ in drawn.until("() => limnerApp.landmarks")) > 340
+    drawn.go("Photo")
+    page.locator(".recents button").first.click()
+    drawn.until("() => limnerApp.state.screen === 'adjust' && limnerApp.state.photo.width === 400")
 
 
 def test_two_people_do_not_see_each_others_photos(server, browser, drawn):
