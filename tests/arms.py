@@ -13,8 +13,8 @@ from limner.motion.arm.robots import load_robot
 from limner.types import Drawing, Page
 
 LINES = ([[10, 10], [20, 15], [25, 10]], [[10, 20]], [[10, 25], [18, 30]], [[30, 10], [25, 20], [30, 26]])
-DRAWN = 3
-"""Strokes of them that are no dots."""
+DRAWN = 4
+"""Strokes of them; the dot is one of them."""
 
 
 def drawing():

@@ -65,7 +65,7 @@ def arm(tmp_path):
 
     def run(control=None, watch=lambda place, waits: None, resume=False, settings=None, **kind):
         control = control or Control()
-        journal = Journal(tmp_path / "j", Drawing(route().lines_mm(), ("face",) * 3, np.ones(3)), resume=resume)
+        journal = Journal(tmp_path / "j", Drawing(route().lines_mm(), ("face",) * DRAWN, np.ones(DRAWN)), resume=resume)
         fake = run.fake = fake_arm(**kind)
         try:
             with fake:
@@ -118,7 +118,7 @@ def test_stopped_it_ends_in_the_air_and_goes_on_there(arm):
     assert np.allclose(fake.q, robot().pose("safe"), atol=1e-9), "it goes home"
     again, place, _ = arm(resume=True)
     assert (again.breaches, place) == ([], Place(DRAWN))
-    assert len(again.done) == 1 + 1 + 1
+    assert len(again.done) == 1 + (DRAWN - 2) + 1
 
 
 def test_stopped_on_the_way_to_a_stroke_that_one_is_not_drawn():
@@ -210,7 +210,7 @@ def test_an_arm_that_was_moved_meanwhile_is_not_driven_on(arm):
         ("huge", 1, "a message of more than 1 MB came", "unknown"),
         ("astray", 1, "5.7 degrees from where its motion leads", "unknown"),
         ("die", 1, "the connection ended, the arm may go on", "unknown"),
-        ("deaf", 4, "has not moved", "is up"),
+        ("deaf", 1 + DRAWN, "has not moved", "is up"),
     ],
 )
 def test_what_goes_wrong_is_named_with_the_state_of_the_pen(arm, monkeypatch, fault, motion, words, pen):
@@ -391,7 +391,7 @@ def test_the_command_draws_on_a_fake(run, tmp_path):
         to = f"rosbridge:ws://127.0.0.1:{fake.port}{TOPIC}"
         code, out, err = run("m.json", "--robot", "dumbo", "--to", to, "--yes", "--json")
     assert (code, err, fake.breaches) == (0, "", [])
-    assert json.loads(out) == {"strokes": 3, "began": 0, "drawn": 3, "finished": True, "journal": None}
+    assert json.loads(out) == {"strokes": DRAWN, "began": 0, "drawn": DRAWN, "finished": True, "journal": None}
     assert not list(tmp_path.glob("*.journal"))
 
 
@@ -400,11 +400,11 @@ def test_a_command_that_breaks_off_resumes(run, tmp_path):
         to = f"rosbridge:ws://127.0.0.1:{fake.port}{TOPIC}"
         code, _, err = run("m.json", "--robot", "dumbo", "--to", to, "--yes")
     assert code == 5
-    assert re.search(r"pen state unknown.*in stroke 2 of 3, --resume draws that one again", err)
+    assert re.search(r"pen state unknown.*in stroke 2 of 4, --resume draws that one again", err)
     with fake_arm() as fake:
         to = f"rosbridge:ws://127.0.0.1:{fake.port}{TOPIC}"
         code, out, _ = run("m.json", "--robot", "dumbo", "--to", to, "--yes", "--resume", "--json")
-    assert (code, json.loads(out)["began"], len(fake.done)) == (0, 1, 4)
+    assert (code, json.loads(out)["began"], len(fake.done)) == (0, 1, DRAWN + 1)
 
 
 @pytest.mark.parametrize(

@@ -277,7 +277,7 @@ def jump(positions):
         ({"q": jump}, 4, "limit"),
         ({"names": lambda names: [f"other_{name}" for name in names]}, 4, "joints"),
         ({"q": lambda q: [[float("nan")] * 7 for _ in q]}, 2, "finite"),
-        ({"down": lambda down: [False] * len(down)}, 2, "never down"),
+        ({"down": lambda down: [False] * len(down)}, 4, "in travel"),
         ({"q": lambda q: [row[:6] for row in q]}, 2, "shape"),
     ],
 )

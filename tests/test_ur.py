@@ -32,8 +32,8 @@ pytest.importorskip("urdf_parser_py", reason="pip install 'limner[robot]'")
 pytest.importorskip("toppra", reason="pip install 'limner[robot]'")
 
 LINES = ([[60, 80], [80, 90], [90, 70]], [[60, 100]], [[60, 120], [70, 130]], [[100, 60], [70, 50], [75, 45]])
-DRAWN = 3
-"""Strokes of them that are no dots."""
+DRAWN = 4
+"""Strokes of them; the dot is one of them."""
 
 
 @pytest.fixture(scope="module")
@@ -277,7 +277,7 @@ def run(monkeypatch, capfd, tmp_path, motion):
 def test_the_command_draws_on_a_fake(run, tmp_path):
     code, out, err = run("m.npz", "--robot", "ur5e", "--to", "fake:", "--yes", "--json")
     assert (code, err) == (0, "")
-    assert json.loads(out) == {"strokes": 3, "began": 0, "drawn": 3, "finished": True, "journal": None}
+    assert json.loads(out) == {"strokes": DRAWN, "began": 0, "drawn": DRAWN, "finished": True, "journal": None}
     assert not list(tmp_path.glob("*.journal"))
 
 

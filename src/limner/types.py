@@ -379,6 +379,10 @@ class PenPath(Value):
         return _interpolate(t_s, self.t_s, self.position_mm)
 
 
+def _no_sheet() -> Floats:
+    return np.zeros((0, 3))
+
+
 @dataclass(frozen=True, eq=False)
 class JointTrajectory(Value):
     """Where each joint is at which time.
@@ -390,6 +394,8 @@ class JointTrajectory(Value):
         down: (n,) whether the move that ends here draws.
         stroke: (n,) index of the stroke, -1 in travel.
         press_mm: how far below the sheet the tip is led where it draws; a spring takes it up.
+        sheet_m: (4, 3) corners of the sheet it was planned for, counter-clockwise from the lower left, in the robot's
+            base frame [m]; (0, 3) where nobody says.
     """
 
     names: tuple[str, ...]
@@ -400,6 +406,7 @@ class JointTrajectory(Value):
     down: NDArray[np.bool_]
     stroke: NDArray[np.int64]
     press_mm: float = 0.0
+    sheet_m: Floats = field(default_factory=_no_sheet)
 
     def __post_init__(self) -> None:
         self._freeze("names", tuple(str(name) for name in self.names))
@@ -414,6 +421,11 @@ class JointTrajectory(Value):
         self._freeze("press_mm", float(self.press_mm))
         if not 0 <= self.press_mm <= 100:
             raise BadInput(f"JointTrajectory.press_mm: {self.press_mm:g} mm, expected 0 to 100")
+        corners = np.zeros((0, 3)) if np.size(self.sheet_m) == 0 else self.sheet_m
+        given = frozen_array(corners, np.float64, (None, 3), "JointTrajectory.sheet_m")
+        if len(given) not in (0, 4):
+            raise BadInput(f"JointTrajectory.sheet_m: expected four corners or none, got {len(given)}")
+        self._freeze("sheet_m", given)
 
     def at(self, t_s: ArrayLike) -> Floats:
         """Joint positions at the given times, linear between samples, held before and after: (..., dof)."""

@@ -108,9 +108,8 @@ def arm_draws(portrait: pipeline.Portrait, robot: str, folder: str) -> dict[str,
     arm, settings = load_robot(robot), portrait.settings
     planned = plan_arm(portrait.drawing, arm, settings.arm)
     pen = portrait.drawing.pen
-    report = simulated(
-        planned.trajectory, arm, settings.simulation, portrait.drawing, pen, Wanted(folder, photo=portrait.photo)
-    )
+    wanted = Wanted(folder, photo=portrait.photo, allowed=settings.arm.allowed)
+    report = simulated(planned.trajectory, arm, settings.simulation, portrait.drawing, pen, wanted)
     storage.save(planned.trajectory, Path(folder) / "trajectory.json")
     for line in told(report):
         click.echo(line, err=True)

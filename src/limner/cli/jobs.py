@@ -98,7 +98,7 @@ def arm(motion: str, to: str, robot: str, settings: Settings) -> Job:
     bridge = parse_bridge(to) if to.startswith("rosbridge:") else None
     host = None if bridge or pace or to == "fake:" else parse_host(to)
     mover = load_robot(robot)
-    route = legs(joints.load(motion), mover, settings.arm.retime)
+    route = legs(joints.load(motion), mover, settings.arm.retime, settings.arm.allowed)
     if bridge is None and pace is None:
         urscript.check_joints(mover.joints)
     each = route.seconds()

@@ -14,6 +14,7 @@ from limner import storage
 from limner.cli import options
 from limner.cli.progress import bars
 from limner.errors import BadInput
+from limner.motion.arm.pen_check import USUAL, Allowed
 from limner.motion.arm.robot import Robot
 from limner.motion.arm.robots import ROBOTS, load_robot
 from limner.pipeline import Settings
@@ -90,7 +91,7 @@ def simulate(
     drawn = files.read_drawing(drawing) if drawing else None
     motion = joints.load(trajectory)
     pen = drawn.pen if drawn else Pen(settings.page.pen_mm)
-    report = simulated(motion, arm, chosen, drawn, pen, Wanted(out, film_kind, thesis, shown))
+    report = simulated(motion, arm, chosen, drawn, pen, Wanted(out, film_kind, thesis, shown, settings.arm.allowed))
     if as_json:
         click.echo(json.dumps(report))
     else:
@@ -99,12 +100,16 @@ def simulate(
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is written of a simulation: nothing without a folder; ``film`` is gif, mp4 or None; ``photo`` beside it."""
+    """What is written of a simulation: nothing without a folder; ``film`` is gif, mp4 or None; ``photo`` beside it.
+
+    Nothing at all is written of a motion whose pen does more than is ``allowed``.
+    """
 
     folder: str | None
     film: str | None = None
     thesis: bool = False
     photo: Photo | None = None
+    allowed: Allowed = USUAL
 
 
 def simulated(
@@ -116,7 +121,7 @@ def simulated(
         LimnerError: whatever stands in the way.
     """
     with bars() as watch:
-        made = simulate_arm(motion, arm, settings, drawn, watch)
+        made = simulate_arm(motion, arm, settings, drawn, watch, wanted.allowed)
     report = made.report() | {"settings": settings.to_dict()}
     written = write(made, pen, report, wanted) if wanted.folder else []
     return report | {"out": written}

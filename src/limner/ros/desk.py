@@ -147,7 +147,7 @@ class Desk:
             found_for = (robot.name, self._drawing.page, settings.arm.place)
             lies = self._sheet if self._found_for in (PROBED, found_for) else None
             planned = plan_arm(self._drawing, robot, settings.arm, lies)
-            route = legs(planned.trajectory, robot, settings.arm.retime)
+            route = legs(planned.trajectory, robot, settings.arm.retime, settings.arm.allowed)
             self._planned = _Planned(self._drawing, planned, route)
             if lies is None:
                 self._sheet, self._found_for = planned.placement, found_for

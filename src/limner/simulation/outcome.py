@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limner import geometry
-from limner.motion.arm.check import check
+from limner.motion.arm.pen_check import USUAL, Allowed, check_motion
 from limner.motion.arm.robot import Robot
 from limner.simulation.commands import commands, hermite
 from limner.simulation.ink import Ink, ink
@@ -114,6 +114,7 @@ def simulate(
     settings: SimulationSettings | None = None,
     drawing: Drawing | None = None,
     watch: Watch | None = None,
+    allowed: Allowed = USUAL,
 ) -> Simulation:
     """Let a simulated arm draw.
 
@@ -123,14 +124,15 @@ def simulate(
         settings: servos, pen, paper and faults.
         drawing: what is drawn, for the place and size of the page; see ``find_sheet``.
         watch: told of the progress.
+        allowed: what its pen may do at most.
 
     Raises:
-        CannotDraw: the motion is not the robot's or exceeds its limits, or the arm became unstable.
+        CannotDraw: the motion is not the robot's or exceeds its limits or the pen's, or the arm became unstable.
         BadInput: the pen is never down, or the drawing is another one.
         MissingExtra: mujoco is not installed.
     """
     settings = settings or SimulationSettings()
-    check(trajectory, robot)
+    check_motion(trajectory, robot, allowed)
     sheet = find_sheet(trajectory, robot, settings.press_for(trajectory), drawing)
     return follow(trajectory, robot, sheet, settings, watch)
 

@@ -42,6 +42,7 @@ def check(
     ):
         _check(name, values, limit, trajectory, robot, tolerance)
     _check_jumps(trajectory, robot, tolerance)
+    _check_ways(trajectory, robot)
     if jerk_limited:
         _check("jerk", _slopes(trajectory.t_s, trajectory.qdd), robot.jerk, trajectory, robot, tolerance)
 
@@ -89,4 +90,22 @@ def _check_jumps(trajectory: JointTrajectory, robot: Robot, tolerance: float) ->
             f"trajectory: the velocity of joint {robot.joints[joint]} jumps by {change[sample, joint]:.3g} at"
             f" {trajectory.t_s[sample]:.2f} s, faster than its acceleration limit"
             f" of {robot.acceleration[joint]:.3g} allows"
+        )
+
+
+def _check_ways(trajectory: JointTrajectory, robot: Robot) -> None:
+    """Positions must follow from velocities.
+
+    Under a limit of acceleration the way between two samples differs from the mean of their velocities, times the time
+    between them, by at most a quarter of the acceleration times the square of the time; twice that is let pass.
+    """
+    step = np.diff(trajectory.t_s)[:, None]
+    possible = robot.acceleration * step**2 / 2 + 1e-6
+    mean = (trajectory.qd[1:] + trajectory.qd[:-1]) / 2
+    off = np.abs(np.diff(trajectory.q, axis=0) - mean * step)
+    if (off > possible).any():
+        sample, joint = np.unravel_index(int((off - possible).argmax()), off.shape)
+        raise CannotDraw(
+            f"trajectory: joint {robot.joints[joint]} moves by {off[sample, joint]:.3g} at"
+            f" {trajectory.t_s[sample]:.2f} s against its own velocities; the motion was altered"
         )

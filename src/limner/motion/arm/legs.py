@@ -12,6 +12,7 @@ from limner.motion.arm.check import check
 from limner.motion.arm.collide import deepest
 from limner.motion.arm.lift import raised
 from limner.motion.arm.paper import plane_of
+from limner.motion.arm.pen_check import Allowed, PenLimits, check_motion, check_pen
 from limner.motion.arm.retime import RetimeSettings, joined, move
 from limner.motion.arm.robot import Robot
 from limner.types import Floats, JointTrajectory
@@ -34,6 +35,7 @@ class Legs:
         ends: (strokes, 2) samples at which the pen meets the paper and leaves it.
         up: (3,) normal of the sheet, in the base frame.
         settings: of the moves to strokes and back.
+        limits: of the pen.
     """
 
     robot: Robot
@@ -42,6 +44,7 @@ class Legs:
     ends: tuple[tuple[int, int], ...]
     up: Floats
     settings: RetimeSettings
+    limits: PenLimits
 
     def stroke(self, index: int) -> JointTrajectory:
         """Down, along a stroke, and up: from rest at one cut to rest at the next.
@@ -52,7 +55,9 @@ class Legs:
         touch, leave = self.ends[index]
         down = self._halted(self.cuts[index], touch, starting=True)
         up = self._halted(leave, self.cuts[index + 1], starting=False)
-        return self._checked(joined((down, _part(self.motion, touch, leave), up)))
+        part = self._checked(joined((down, _part(self.motion, touch, leave), up)))
+        check_pen(part, self.robot, self.limits)
+        return part
 
     def to_stroke(self, q: Floats, index: int) -> JointTrajectory:
         """From joint positions (dof,) to the pose that the motion begins with, high over its first stroke, to a stroke.
@@ -138,14 +143,20 @@ class Legs:
         return JointTrajectory(part.names, np.linspace(0, seconds, count), q, qd / seconds, qdd / seconds**2, *none)
 
 
-def legs(motion: JointTrajectory, robot: Robot, settings: RetimeSettings) -> Legs:
+def legs(motion: JointTrajectory, robot: Robot, settings: RetimeSettings, allowed: Allowed | None = None) -> Legs:
     """Cut a motion where the pen is up between strokes.
+
+    Args:
+        motion: from any source.
+        robot: that shall follow it.
+        settings: of the moves to strokes and back.
+        allowed: what its pen may do at most; None: as fast as the settings say, and pressed as usual.
 
     Raises:
         CannotDraw: the motion is not for this robot, or exceeds its limits.
         NothingToDraw: it has no strokes.
     """
-    check(motion, robot)
+    limits = check_motion(motion, robot, allowed or Allowed(settings.pen_speed))
     ends = _stroke_ends(motion)
     if not ends:
         raise NothingToDraw("trajectory: it draws no strokes")
@@ -160,7 +171,7 @@ def legs(motion: JointTrajectory, robot: Robot, settings: RetimeSettings) -> Leg
     leave = ends[-1][1]
     after = (_heights(robot, motion.q[leave:], motion.q[leave], up) > _CLEAR_M) & rests[leave:]
     cuts.append(leave + int(np.flatnonzero(after)[0]) if after.any() else len(motion.t_s) - 1)
-    return Legs(robot, motion, tuple(cuts), ends, up, settings)
+    return Legs(robot, motion, tuple(cuts), ends, up, settings, limits)
 
 
 def _stroke_ends(motion: JointTrajectory) -> tuple[tuple[int, int], ...]:

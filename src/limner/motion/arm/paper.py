@@ -63,6 +63,11 @@ class Placement(Value):
         corner = np.asarray(centre_m, dtype=np.float64) - turn @ np.array([*size_mm, 0.0]) / 2000
         return cls(transforms.transform(turn, corner), spin_rad)
 
+    def corners_m(self, size_mm: tuple[float, float]) -> Floats:
+        """(4, 3) of a sheet of this size, counter-clockwise from the lower left, in the base frame."""
+        width, height = size_mm
+        return self.points_m([(0, 0), (width, 0), (width, height), (0, height)])
+
     def swung(self, swing_rad: float, points_mm: Floats) -> Placement:
         """The same, the pen leaning by up to an angle towards the middle of points (n, 2 or 3) of the paper."""
         low, high = points_mm[:, :2].min(0), points_mm[:, :2].max(0)

@@ -17,6 +17,7 @@ from limner.motion.arm.collide import Collision, deepest
 from limner.motion.arm.ik import Inverse, InverseSettings, inverse
 from limner.motion.arm.lifted import LiftedPath, LiftSettings, lifted_path
 from limner.motion.arm.paper import Placement, thesis_sheet
+from limner.motion.arm.pen_check import Allowed, check_pen, pen_limits
 from limner.motion.arm.place import PlaceSettings, ReachMap
 from limner.motion.arm.retime import RetimeSettings, joined, move, retime
 from limner.motion.arm.robot import SAFE, Robot
@@ -38,6 +39,11 @@ class ArmSettings(SettingsGroup):
     inverse: InverseSettings = group(InverseSettings)
     lift: LiftSettings = group(LiftSettings)
     retime: RetimeSettings = group(RetimeSettings)
+
+    @property
+    def allowed(self) -> Allowed:
+        """What a motion's pen may do at most."""
+        return Allowed(self.retime.pen_speed, self.lift.press_mm)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,8 +126,9 @@ def plan_arm(drawing: Drawing, robot: Robot, settings: ArmSettings, placement: P
     started = time.perf_counter()
     drawn = retime(robot, path, q, settings.retime)
     whole = _from_safe_and_back(robot, drawn, settings.retime)
-    trajectory = dataclasses.replace(whole, press_mm=settings.lift.press_mm)
+    trajectory = dataclasses.replace(whole, press_mm=settings.lift.press_mm, sheet_m=placed.corners_m(search.size_mm))
     check(trajectory, robot, jerk_limited=settings.retime.jerk_limited)
+    check_pen(trajectory, robot, pen_limits(trajectory, robot, settings.allowed))
     seconds["retime"] = time.perf_counter() - started
     return ArmPlan(robot, placed, path, trajectory, seconds)
 
