@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 
 import pytest
@@ -201,6 +202,39 @@ def test_without_a_face_the_landmarks_are_placed_by_hand(visit):
     page.get_by_role("button", name="That is the face").click()
     # An even grey has no lines of its own: only the splines through the landmarks can be drawn.
     page.locator(".card", has_text="Splines").locator(".facts").wait_for()
+
+
+@pytest.mark.parametrize("how", ["drop", "paste"])
+def test_a_photo_is_dropped_or_pasted_anywhere(visit, how):
+    script = """([kind, text]) => {
+        const bytes = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
+        const data = new DataTransfer();
+        data.items.add(new File([bytes], 'me.jpg', { type: 'image/jpeg' }));
+        const more = { bubbles: true, dataTransfer: data, clipboardData: data };
+        document.body.dispatchEvent(kind === 'drop' ? new DragEvent(kind, more) : new ClipboardEvent(kind, more));
+    }"""
+    visit.page.evaluate(script, [how, base64.b64encode(studios.face_jpeg()).decode()])
+    visit.page.get_by_role("heading", name="Which one is it?").wait_for()
+
+
+def test_what_cannot_be_reached_is_red(drawn):
+    drawn.until("() => limnerApp.state.preview?.final")
+    drawn.go("Watch")
+    drawn.until("() => limnerApp.state.plan?.times?.length")
+    drawn.page.get_by_role("button", name="Pause").click()
+    drawn.page.get_by_role("slider", name="Time").fill("1")
+    red = """() => {
+        const canvas = document.querySelector('.stage .sheet canvas:nth-child(2)');
+        const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+        let count = 0;
+        for (let i = 0; i < data.length; i += 4) count += data[i + 3] > 99 && data[i] > 130 && data[i + 1] < 90;
+        return count;
+    }"""
+    assert drawn.page.evaluate(red) == 0
+    drawn.page.evaluate("() => limnerApp.set({ plan: { unreachable: [0, 1, 2, 3, 4] }, planError: 'out of reach' })")
+    drawn.page.get_by_text("What is red cannot be reached.").wait_for()
+    assert drawn.page.evaluate(red) > 100
+    assert drawn.violations() == []
 
 
 def two_faces():

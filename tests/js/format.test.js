@@ -1,7 +1,7 @@
 // Numbers as people read them.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { clock, count, duration, length, percent, plural } from "../../src/limner/studio/page/js/format.js";
+import { clock, count, duration, length, percent, plural, sentence } from "../../src/limner/studio/page/js/format.js";
 
 test("times", () => {
   assert.deepEqual([0, 59.4, 59.6, 125, 3600, 5000].map(duration), ["0 s", "59 s", "1 min 00 s", "2 min 05 s", "1 h 00 min", "1 h 23 min"]);
@@ -15,4 +15,9 @@ test("lengths, counts and shares", () => {
 
 test("what is not known is a dash", () => {
   for (const say of [duration, length, count, percent]) assert.deepEqual([say(null), say(undefined)], ["–", "–"]);
+});
+
+test("errors are sentences", () => {
+  assert.equal(sentence("photo: is an animation; use a single picture"), "The photo is an animation; use a single picture.");
+  assert.equal(sentence("Is it running?"), "Is it running?");
 });

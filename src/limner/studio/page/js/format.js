@@ -61,3 +61,12 @@ export function percent(share) {
 export function plural(many, one) {
   return `${count(many)} ${one}${many === 1 ? "" : "s"}`;
 }
+
+/**
+ * An error of the server as a sentence: "photo: is an animation" is "The photo is an animation."
+ * @param {string} text
+ */
+export function sentence(text) {
+  const said = text.replace(/^photo: /, "the photo ");
+  return said.charAt(0).toUpperCase() + said.slice(1) + (/[.!?]$/.test(said) ? "" : ".");
+}

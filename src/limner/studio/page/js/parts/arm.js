@@ -3,7 +3,7 @@
 import { ask } from "../api.js";
 import { AboveView } from "../above.js";
 import { h, put } from "../dom.js";
-import { percent } from "../format.js";
+import { percent, sentence } from "../format.js";
 
 /** @typedef {import("../app.js").App} App */
 /** @typedef {import("../ink.js").Lines} Lines */
@@ -30,7 +30,7 @@ export function drawerPart(app) {
 
 /** @param {any} plan @param {string} error @param {string} robot */
 function words(plan, error, robot) {
-  if (error) return [h("div", { class: "note bad" }, h("p", {}, error), plan?.unreachable?.length ? h("p", {}, "What is red cannot be reached.") : null)];
+  if (error) return [h("div", { class: "note bad" }, h("p", {}, sentence(error)), plan?.unreachable?.length ? h("p", {}, "What is red cannot be reached.") : null)];
   if (!plan) return [h("p", { class: "row quiet" }, h("span", { class: "spinner" }), "Planning the motion…")];
   if (!robot) return [];
   return [h("p", { class: "quiet" }, `Joints stay ${plan.margin_deg?.toFixed(0)}° within their limits; ${percent(plan.velocity_used)} of their speed and ${percent(plan.acceleration_used)} of their acceleration are used.`)];

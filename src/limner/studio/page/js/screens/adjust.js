@@ -1,7 +1,7 @@
 // The fourth screen: what the drawing may cost, a few sliders, presets, the page, and every setting; the sheet shows it at once.
 
 import { h, put } from "../dom.js";
-import { duration } from "../format.js";
+import { duration, sentence } from "../format.js";
 import { notes } from "../parts/notes.js";
 import { budget } from "../parts/budget.js";
 import { expert } from "../parts/expert.js";
@@ -27,7 +27,7 @@ export function adjustScreen(app) {
   const stop = app.store.watch(["preview", "drawing", "drawingError"], ({ preview, drawing, drawingError }) => {
     busy.classList.toggle("on", drawing);
     trouble.hidden = !drawingError;
-    trouble.textContent = drawingError;
+    trouble.textContent = sentence(drawingError);
     if (!preview || preview.lines === sheet.ink.lines) return;
     sheet.show(preview.lines, preview.page);
     sheet.describe(`The drawing: ${preview.report.strokes} strokes, ${duration(preview.report.seconds)}`);

@@ -2,11 +2,13 @@
 
 import { cameraView } from "../camera.js";
 import { h, icon, ICONS } from "../dom.js";
-import { plural } from "../format.js";
+import { plural, sentence } from "../format.js";
 import { specimen } from "../specimen.js";
 import { recentList } from "../parts/recents.js";
 
 const ACCEPTED = "image/*,.heic,.heif";
+
+const NO_FACE = "limner looks for a face that is turned to the camera. More light, a step closer and a look into the lens help. Or show it where the face is.";
 
 /** @typedef {import("../app.js").App} App */
 /** @typedef {{element: HTMLElement, close: () => void}} View */
@@ -84,7 +86,7 @@ function words(app, how) {
 /** @param {App} app @param {{text: string}} trouble @param {any} photo */
 function troubleNote(app, trouble, photo) {
   const byHand = h("button", { type: "button", onclick: () => app.placeByHand() }, "Place the landmarks by hand");
-  return h("div", { class: "note bad", role: "alert" }, h("p", {}, trouble.text), photo && h("div", { class: "row" }, byHand));
+  return h("div", { class: "note bad", role: "alert" }, h("p", {}, photo ? NO_FACE : sentence(trouble.text)), photo && h("div", { class: "row" }, byHand));
 }
 
 /**

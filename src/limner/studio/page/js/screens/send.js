@@ -2,7 +2,7 @@
 
 import { tell } from "../api.js";
 import { h } from "../dom.js";
-import { duration } from "../format.js";
+import { duration, sentence } from "../format.js";
 import { decode } from "../frames.js";
 import { pointCount } from "../ink.js";
 import { busy, there } from "../job.js";
@@ -108,7 +108,7 @@ function preparing(app) {
     } catch (error) {
       if (mine !== asked) return;
       trouble.hidden = false;
-      trouble.textContent = error instanceof Error ? error.message : String(error);
+      trouble.textContent = sentence(error instanceof Error ? error.message : String(error));
       show([]);
     }
   };
