@@ -12,12 +12,13 @@ from limner.errors import BadInput, CannotDraw
 from limner.motion.arm.lifted import LiftSettings
 from limner.motion.arm.place import PlaceSettings
 from limner.motion.arm.plan import ArmSettings, plan_arm
+from limner.motion.arm.robot import Capsule
 from limner.motion.arm.robots import load_robot
 from limner.simulation.commands import commands, hermite
-from limner.simulation.film import RATE, frames, to_film
+from limner.simulation.film import RATE, camera, frames, to_film
 from limner.simulation.ink import widths
 from limner.simulation.outcome import distance_mm, follow, simulate
-from limner.simulation.render import _cast
+from limner.simulation.render import Scene, _cast
 from limner.simulation.settings import FaultSettings, SimulationSettings
 from limner.simulation.sheet import Sheet, find_sheet
 from limner.simulation.thesis import STIFF_PRESS_MM, thesis_motion
@@ -243,6 +244,21 @@ def test_the_plan_says_how_far_it_presses(planned, drawing, tmp_path):
     assert made.sheet.points_mm(plan.placement.points_m([0.0, 0.0]))[2] == pytest.approx(0, abs=1e-2)
     with pytest.raises(BadInput, match="press_mm"):
         dataclasses.replace(plan.trajectory, press_mm=-1.0)
+
+
+def test_what_is_below_the_table_does_not_hide_the_sheet(go):
+    made = go()
+    low = Capsule(0, *(made.paper.points_m(np.array([x, 105.0, -300.0])) for x in (0.0, 148.0)), 0.29)
+    touching = dataclasses.replace(low, radius_m=0.31)
+    white = np.full((210, 148, 3), 255, np.uint8)
+
+    def sheet_px(*capsules):
+        robot = dataclasses.replace(made.robot, capsules=capsules)
+        picture = Scene(robot, made.paper, camera(made)).picture(made.record.q[0], made.record.tip_m[0], white)
+        return int((picture > 250).all(-1).sum())
+
+    assert sheet_px(low) == sheet_px() > 500
+    assert sheet_px(touching) < sheet_px(), "what is above it does"
 
 
 def test_a_capsule_is_met_where_it_is():

@@ -109,9 +109,7 @@ def arm(motion: str, to: str, robot: str, settings: Settings) -> Job:
             arm = Rosbridge(bridge, route, settings.rosbridge, mover.joints, mover.base)
             return _drive(arm, route, journal, control, watch)
         if pace is not None:
-            # The paper lies where this plan takes it to lie.
-            physics = settings.simulation.replace(press_mm=settings.arm.lift.press_mm)
-            return _drive(SimulatedArm(route, physics, pace), route, journal, control, watch)
+            return _drive(SimulatedArm(route, settings.simulation, pace), route, journal, control, watch)
         if host is not None:
             return _drive(Ur(*host, route, settings.ur), route, journal, control, watch)
         with FakeUr(route.motion.q[0], mover.lower, mover.upper, mover.velocity) as fake:

@@ -94,11 +94,23 @@ class Scene:
         capsules.append((tip_m - 0.002 * pen, tip_m - 0.06 * pen, 0.003, (40, 40, 46)))
         image = np.full((self.size[1], self.size[0], 3), _SKY, np.uint8)
         self._ground(image, capsules, paper)
-        depth = np.full(self.size[::-1], np.inf, np.float32)
+        depth = self._table_depth()
         for shape in capsules:
             self._capsule(image, depth, shape)
         small = cv2.resize(image, (self.size[0] // _FINE, self.size[1] // _FINE), interpolation=cv2.INTER_AREA)
         return small.astype(np.uint8)
+
+    def _table_depth(self) -> NDArray[np.float32]:
+        """How far (H, W) along each ray the table is: what is below it is not seen."""
+        camera_from_sheet = self.camera.camera_from_base @ self.sheet.base_from_paper
+        turn, origin = camera_from_sheet[:3, :3], camera_from_sheet[:3, 3]
+        falling = self.rays @ turn[:, 2].astype(np.float32)
+        along = np.where(falling < -1e-6, (origin @ turn[:, 2]) / np.minimum(falling, -1e-6), np.inf)
+        with np.errstate(invalid="ignore"):
+            place = 1000 * (self.rays * along[..., None] - origin) @ turn[:, :2] - self.table_corner_mm
+            inside = ((place >= 0) & (place <= 1000 * _TABLE_M)).all(-1)
+        depth: NDArray[np.float32] = np.where(inside, along, np.inf).astype(np.float32)
+        return depth
 
     def _above(self, still: Capsule) -> bool:
         """Whether something that does not move is seen above the table."""
