@@ -13,7 +13,7 @@ import click
 if TYPE_CHECKING:
     from limner.cli.jobs import Job
     from limner.pipeline import Settings
-    from limner.studio.jobs import Order
+    from limner.studio.orders import Order
 
 BAUD = 115_200
 """Of serial ports, as ``limner send`` takes it."""

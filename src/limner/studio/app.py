@@ -25,9 +25,10 @@ from limner.studio import booth, drawings, machine, photos
 from limner.studio.computer import Computer
 from limner.studio.guard import Guard
 from limner.studio.hub import Hub, Listener
-from limner.studio.jobs import Jobs, Make, WrongState
+from limner.studio.jobs import Jobs
 from limner.studio.live import Live
 from limner.studio.openapi import describe, document
+from limner.studio.orders import Make, WrongState
 from limner.studio.queue import Queue
 from limner.studio.studio import NotThere, Studio
 from limner.studio.visitors import Visitor, Visitors

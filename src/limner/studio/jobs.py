@@ -13,114 +13,23 @@ import asyncio
 import contextlib
 import dataclasses
 import json
-import os
-import shutil
 import tempfile
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
-from limner.errors import BadInput, LimnerError
+from limner.errors import LimnerError
+from limner.studio.orders import BUSY, COMMANDS, Made, Make, Order, Status, WrongState
+from limner.studio.shelf import DRAWING, JOURNAL, ORDER, PLAN, Shelf
 from limner.studio.visitors import Visitor
-
-COMMANDS = {
-    "idle": ("start",),
-    "connecting": ("cancel",),
-    "running": ("pause", "cancel"),
-    "pausing": ("resume", "cancel"),
-    "paused": ("resume", "cancel"),
-    "cancelling": ("cancel",),
-    "cancelled": ("resume", "start", "clear"),
-    "done": ("start", "clear"),
-    "error": ("resume", "start", "clear"),
-    "lost": ("resume", "start", "clear"),
-    "interrupted": ("resume", "start", "clear"),
-}
-"""Every state, and what may be done in it."""
-
-BUSY = ("connecting", "running", "pausing", "paused", "cancelling")
 
 PATIENCE_S = 5.0
 """How long a server that ends waits for its machine to raise the pen."""
 
 TICK_S = 1.0
 """How often the time left is told while nothing else happens."""
-
-
-class WrongState(LimnerError):
-    """A command that the job's state does not allow."""
-
-
-class Made(Protocol):
-    """An order, ready to be drawn: what ``limner send`` has too."""
-
-    @property
-    def drawing(self) -> Any:
-        """For the journal."""
-
-    @property
-    def begins_s(self) -> Any:
-        """(strokes,) when each begins, as planned."""
-
-    @property
-    def seconds(self) -> float:
-        """How long all takes, as planned."""
-
-    @property
-    def name(self) -> str:
-        """Of the machine."""
-
-    @property
-    def ready(self) -> str:
-        """What must be so before it begins."""
-
-    @property
-    def run(self) -> Callable[..., Any]:
-        """Draws with a journal, a control and a watch; where it ended."""
-
-
-@dataclass(frozen=True)
-class Order:
-    """What is to be drawn by what.
-
-    Attributes:
-        to: address of the machine.
-        machine: profile of a plotter, or None for the usual one.
-        robot: name of an arm, or None for a plotter.
-        settings: tree of the drawing's.
-        frame_only: go round the drawing with the pen up.
-    """
-
-    to: str
-    machine: str | None = None
-    robot: str | None = None
-    settings: dict[str, Any] = field(default_factory=dict)
-    frame_only: bool = False
-
-
-Make = Callable[[Order, str], Made]
-"""From an order and the file of its drawing or motion."""
-
-
-@dataclass
-class Status:
-    """What is told of a job; see docs/studio-protocol.md."""
-
-    state: str = "idle"
-    target: str = ""
-    name: str = ""
-    strokes: int = 0
-    stroke: int = 0
-    share: float = 0.0
-    seconds: float = 0.0
-    elapsed_s: float = 0.0
-    left_s: float = 0.0
-    frame_only: bool = False
-    error: str | None = None
-    said: str = ""
 
 
 class Jobs:
@@ -136,7 +45,7 @@ class Jobs:
         """
         self.status, self.drawing = Status(), ""
         self.owner: Visitor | None = None
-        self._folder, self._make, self._tell = folder, make, tell
+        self._shelf, self._make, self._tell = Shelf(folder), make, tell
         self._loop: asyncio.AbstractEventLoop | None = None
         self._thread: threading.Thread | None = None
         self._control: Any = None
@@ -175,8 +84,8 @@ class Jobs:
         self.check("start")
         self._forget()
         self.drawing, self.owner = drawing, owner
-        self._write("drawing.npz", data)
-        self._write("order.json", json.dumps(dataclasses.asdict(order)).encode())
+        self._shelf.write(DRAWING, data)
+        self._shelf.write(ORDER, json.dumps(dataclasses.asdict(order)).encode())
         self._begin(order, resume=False)
 
     async def try_out(self, order: Order, data: bytes) -> Made:
@@ -189,7 +98,7 @@ class Jobs:
 
     def _tried(self, order: Order, data: bytes) -> Made:
         with tempfile.TemporaryDirectory(prefix="limner-") as folder:
-            path = Path(folder) / "drawing.npz"
+            path = Path(folder) / DRAWING
             path.write_bytes(data)
             return self._make(order, str(path))
 
@@ -207,7 +116,7 @@ class Jobs:
             self._began = time.monotonic()
             self._change("running", said="")
         else:
-            self._begin(self._order(), resume=True)
+            self._begin(self._shelf.order(), resume=True)
 
     def cancel(self) -> None:
         """Stop with the pen up; a second time: give up on a machine that does not answer."""
@@ -227,7 +136,7 @@ class Jobs:
     def abandon(self) -> None:
         """The server ends: stop the machine, and wait for it a little; the journal says where to go on."""
         if self.status.state in ("idle", "done", "cancelled"):
-            self._remove()
+            self._shelf.clear()
         if self._thread is not None and self._thread.is_alive() and self._control is not None:
             self._control.stop, self._control.pause = True, False
             self._thread.join(PATIENCE_S)
@@ -268,8 +177,8 @@ class Jobs:
         from limner.targets.journal import Journal
 
         try:
-            made = self._make(order, str(self._folder / "drawing.npz"))
-            path = self._folder / "journal"
+            made = self._make(order, str(self._shelf.folder / DRAWING))
+            path = self._shelf.folder / JOURNAL
             journal = Journal(path, made.drawing, resume=resume and path.exists())
             self._post(self._known, made, journal.place.stroke)
             try:
@@ -294,7 +203,7 @@ class Jobs:
         self.status = dataclasses.replace(
             self.status, name=made.name, strokes=len(self._begins_s), seconds=made.seconds, left_s=made.seconds
         )
-        self._write("plan.json", json.dumps([made.name, made.seconds, self._begins_s]).encode())
+        self._shelf.write(PLAN, json.dumps([made.name, made.seconds, self._begins_s]).encode())
         self._place(stroke)
         self._shared = self.status.share
         self._tell()
@@ -340,7 +249,7 @@ class Jobs:
     def _ended(self, stroke: int) -> None:
         self._place(stroke)
         if stroke >= self.status.strokes:
-            self._remove()
+            self._shelf.clear()
             self._change("done", left_s=0.0, said="drawn")
         elif self.status.state != "lost":
             self._change("cancelled", said="stopped with the pen up")
@@ -348,50 +257,18 @@ class Jobs:
     def _failed(self, text: str) -> None:
         self._change("error", error=text.replace("--resume", "going on"), said="")
 
-    # What outlasts the server.
-
     def _take_up(self) -> None:
-        try:
-            order = self._order()
-            name, seconds, self._begins_s = json.loads((self._folder / "plan.json").read_bytes())
-        except (OSError, ValueError, TypeError, BadInput):
-            self._remove()
+        """What a server before this one left behind, interrupted."""
+        left = self._shelf.left()
+        if left is None:
+            self._shelf.clear()
             return
+        order, name, seconds, self._begins_s = left
         self.status = Status("interrupted", order.to, name, len(self._begins_s), seconds=seconds)
         self.status.frame_only, self.status.said = order.frame_only, "limner ended in the middle of it"
-        self._place(_last_stroke(self._folder / "journal"))
-
-    def _order(self) -> Order:
-        try:
-            return Order(**json.loads((self._folder / "order.json").read_bytes()))
-        except (OSError, ValueError, TypeError) as error:
-            raise BadInput("the job that was left behind cannot be read; clear it") from error
-
-    def _write(self, name: str, data: bytes) -> None:
-        """Whole, and for the eyes of this user alone."""
-        beside = self._folder / f"{name}.part"
-        try:
-            self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            with os.fdopen(os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(beside, self._folder / name)
-        except OSError as error:
-            raise BadInput(f"{self._folder}: the job cannot be written down ({error.strerror or error})") from error
+        self._place(self._shelf.last_stroke())
 
     def _forget(self) -> None:
         self.status, self.drawing, self.owner = Status(), "", None
         self._begins_s = []
-        self._remove()
-
-    def _remove(self) -> None:
-        shutil.rmtree(self._folder, ignore_errors=True)
-
-
-def _last_stroke(journal: Path) -> int:
-    """How many strokes are drawn, by the last whole line of a journal; its reader checks it when it goes on."""
-    with contextlib.suppress(OSError, ValueError, IndexError):
-        lines = [line.split() for line in journal.read_text("ascii", "replace").splitlines()]
-        return max((int(line[1]) for line in lines if line[0] in ("begin", "reached") and len(line) == 4), default=0)
-    return 0
+        self._shelf.clear()

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from limner.errors import BadInput, CannotDraw, LimnerError
-from limner.studio.jobs import Jobs, Order, WrongState
+from limner.studio.jobs import Jobs
+from limner.studio.orders import Order, WrongState
 from limner.studio.studio import NotThere
 from limner.studio.visitors import HeldDrawing, Visitor
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from limner.errors import BadInput, MissingExtra
 from limner.studio.folder import own_folder
-from limner.studio.jobs import Make
+from limner.studio.orders import Make
 
 PORT, TRIES = 8765, 20
 """Where it listens, and how many ports after that are tried."""

@@ -1,0 +1,75 @@
+"""A job goes in, piece by piece; what is left of it after the server was killed comes out."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+from pathlib import Path
+
+from limner.errors import BadInput
+from limner.studio.orders import Order
+
+DRAWING, ORDER, PLAN, JOURNAL = "drawing.npz", "order.json", "plan.json", "journal"
+"""What lies there: what is sent, by what, when each stroke begins, and what is drawn."""
+
+
+class Shelf:
+    """The folder of the one job, there only while it is not done.
+
+    Attributes:
+        folder: ours alone.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def write(self, name: str, data: bytes) -> None:
+        """Write a file whole, and for the eyes of this user alone.
+
+        Raises:
+            BadInput: it cannot be written.
+        """
+        beside = self.folder / f"{name}.part"
+        try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            with os.fdopen(os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(beside, self.folder / name)
+        except OSError as error:
+            raise BadInput(f"{self.folder}: the job cannot be written down ({error.strerror or error})") from error
+
+    def order(self) -> Order:
+        """What was to be drawn by what.
+
+        Raises:
+            BadInput: it cannot be read.
+        """
+        try:
+            return Order(**json.loads((self.folder / ORDER).read_bytes()))
+        except (OSError, ValueError, TypeError) as error:
+            raise BadInput("the job that was left behind cannot be read; clear it") from error
+
+    def left(self) -> tuple[Order, str, float, list[float]] | None:
+        """The order, the machine's name, how long all takes and when each stroke begins; None where nothing is left."""
+        try:
+            name, seconds, begins_s = json.loads((self.folder / PLAN).read_bytes())
+            return self.order(), str(name), float(seconds), [float(value) for value in begins_s]
+        except (OSError, ValueError, TypeError, BadInput):
+            return None
+
+    def last_stroke(self) -> int:
+        """How many strokes are drawn, by the journal's lines; its reader checks it before the pen goes on."""
+        with contextlib.suppress(OSError, ValueError, IndexError):
+            lines = [line.split() for line in (self.folder / JOURNAL).read_text("ascii", "replace").splitlines()]
+            return max(
+                (int(line[1]) for line in lines if line[0] in ("begin", "reached") and len(line) == 4), default=0
+            )
+        return 0
+
+    def clear(self) -> None:
+        """Leave nothing."""
+        shutil.rmtree(self.folder, ignore_errors=True)
