@@ -2,6 +2,7 @@
 # make test   set up .venv, then run every test
 # make lint   the linters and the type checker
 # make bench  measure speed and memory, print a table, write docs/benchmarks.md (MODELS=DIR: the face models of Zhu & Ramanan too)
+# make fuzz   fuzz every reader of outside data (TIME=seconds for each; HARNESS="svg gcode": only these)
 # make docs   the documentation as a site, into build/site
 # make reference  the pages of it that are made from the program
 # make dist   build sdist and wheel into dist
@@ -22,7 +23,7 @@ DEBIAN  = $(shell grep -v '^\#' tests/debian.txt)
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 
-.PHONY: studio-3d bench-studio demo test lint bench docs reference dist licences clean
+.PHONY: fuzz studio-3d bench-studio demo test lint bench docs reference dist licences clean
 .DEFAULT_GOAL := demo
 
 $(BIN)/python:
@@ -54,14 +55,17 @@ test: $(VENV)/.dev
 	@LIMNER_SLOW=$(LIMNER_SLOW) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q --numprocesses auto
 
 lint: $(VENV)/.dev
-	$(BIN)/ruff check src tests tools examples
-	$(BIN)/ruff format --check src tests tools examples
+	$(BIN)/ruff check src tests tools examples fuzz
+	$(BIN)/ruff format --check src tests tools examples fuzz
 	$(BIN)/mypy
 
 bench: $(VENV)/.dev
 	@$(BIN)/limner evaluate speed --batch 40 --write docs $(if $(MODELS),--models $(MODELS))
 	@$(BIN)/limner evaluate strokes
 	@$(BIN)/limner evaluate arm
+
+fuzz: $(VENV)/.dev
+	@nice -n 15 $(BIN)/python -m fuzz --time $(or $(TIME),60) $(HARNESS)
 
 docs: $(VENV)/.dev reference
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+_LONGEST = 1500
+"""Characters of a message; what is in the middle of a longer one is left out."""
+
 
 class LimnerError(Exception):
     """Base of every error that limner raises on purpose.
@@ -19,6 +22,18 @@ class LimnerError(Exception):
     """
 
     exit_code = 1
+
+    def __init__(self, message: object = "") -> None:
+        """Take the message; whatever it quotes from a file stays in one line and cannot speak to the terminal."""
+        super().__init__(_one_line(str(message)))
+
+
+def _one_line(text: str) -> str:
+    if len(text) > _LONGEST:
+        text = f"{text[: _LONGEST - 300]} ... {text[-290:]}"
+    if text.isprintable():
+        return text
+    return "".join(" " if c.isspace() else c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 class BadInput(LimnerError):

@@ -135,7 +135,7 @@ class SettingsGroup:
                 return text
             try:
                 return tomllib.loads(f"value = {text}")["value"]
-            except tomllib.TOMLDecodeError:
+            except (ValueError, RecursionError):
                 return text
         raise BadInput(f"settings: {path} does not exist; {_choices(name, [path for path, _, _ in cls.walk()])}")
 
@@ -148,7 +148,7 @@ def read_toml(tree: type[Tree], text: str) -> Tree:
     """
     try:
         values = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise BadInput(f"settings: not TOML ({error})") from error
     return tree.from_dict(values)
 
@@ -195,6 +195,8 @@ def _checked(value: Any, hint: Any, about: About, name: str) -> Any:
     kinds = _kinds(hint)
     if types.NoneType in kinds and (value is None or (value == AUTO and str not in kinds)):
         return None
+    if isinstance(value, int) and abs(value) >= 2**63:
+        raise BadInput(f"settings: {name} is a number of {len(str(abs(value)))} digits{_limits(about)}")
     if float in kinds and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
     if type(value) not in kinds:
@@ -228,5 +230,6 @@ def _nest(path: str, value: Any) -> dict[str, Any]:
 def _merge(base: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
     merged = dict(base)
     for key, value in change.items():
-        merged[key] = _merge(merged.get(key, {}), value) if isinstance(value, dict) else value
+        inner = merged.get(key, {})
+        merged[key] = _merge(inner, value) if isinstance(value, dict) and isinstance(inner, dict) else value
     return merged

@@ -39,8 +39,11 @@ def frozen_array(value: ArrayLike, dtype: Any, shape: tuple[int | None, ...], na
         BadInput: the shape is another one, or a float is not finite.
     """
     try:
-        array = np.array(value, dtype=dtype)
-    except (TypeError, ValueError) as error:
+        if isinstance(value, np.ndarray) and value.dtype.kind not in "biufO":
+            raise TypeError(f"values of type {value.dtype}")
+        with np.errstate(over="raise", invalid="raise"):
+            array = np.array(value, dtype=dtype)
+    except (TypeError, ValueError, OverflowError, FloatingPointError) as error:
         raise BadInput(f"{name}: expected numbers of shape {_shape(shape)}, got something else ({error})") from error
     if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
         raise BadInput(f"{name}: expected shape {_shape(shape)}, got {_shape(array.shape)}")
@@ -124,6 +127,10 @@ class Face(Value):
         self._freeze("box_px", frozen_array(self.box_px, np.float64, (4,), "Face.box_px"))
         if len(self.points_px) not in LANDMARK_COUNTS:
             raise BadInput(f"Face.points_px: expected 68 or 39 landmarks, got {len(self.points_px)}")
+        for name in ("score", "yaw_deg"):
+            self._freeze(name, float(frozen_array(getattr(self, name), np.float64, (), f"Face.{name}")))
+        if not isinstance(self.detector, str):
+            raise BadInput(f"Face.detector: expected a name, got {self.detector!r}")
         if self.box_px[2] <= self.box_px[0] or self.box_px[3] <= self.box_px[1]:
             raise BadInput(f"Face.box_px: expected x0 < x1 and y0 < y1, got {self.box_px.tolist()}")
 

@@ -53,7 +53,7 @@ def photos_of(words: Sequence[str], stdin: BinaryIO, leave_out: Path | None = No
         leave_out: a folder that is not looked into.
 
     Raises:
-        BadInput: a list or an URL cannot be read.
+        BadInput: a list or an URL cannot be read, or is no list.
     """
     for word in words:
         if word == STDIN:
@@ -137,6 +137,8 @@ def _names(file: BinaryIO) -> Iterator[str]:
     rest = b""
     while block:
         *whole, rest = (rest + block).split(end)
+        if len(rest) > _BLOCK:
+            raise BadInput(f"a name of more than {_BLOCK} bytes; expected a list of photos, one on each line")
         yield from (os.fsdecode(name) for name in map(_bare, whole) if name)
         block = read(_BLOCK)
     if _bare(rest):

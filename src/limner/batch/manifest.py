@@ -129,7 +129,7 @@ def to_parquet(folder: Path) -> Path:
             for block in blocks:
                 writer.write_batch(block)
         os.replace(part, path)
-    except OSError as error:
+    except (OSError, ValueError) as error:  # pyarrow's of a damaged table are ValueErrors
         part.unlink(missing_ok=True)
         raise BadInput(f"{path}: cannot be written ({error}); choose another place") from error
     return path

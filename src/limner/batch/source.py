@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-from pathlib import Path
 
 from limner import storage
 from limner.batch import remote
@@ -77,8 +76,8 @@ def face_beside(photo: str) -> Face | None:
     if remote.is_url(photo):
         return None
     for suffix in SIDECARS:
-        path = Path(photo).with_suffix(suffix)
-        if path.is_file() and str(path) != photo:
+        path = os.path.splitext(photo)[0] + suffix
+        if os.path.isfile(path) and path != photo:
             faces = read_faces(path)
             if not faces:
                 raise BadInput(f"{path}: no landmarks in it")

@@ -98,8 +98,9 @@ def read_calibration(path: str) -> tuple[Placement, dict[str, Any]]:
         if Path(path).suffix.lower() == ".json":
             points = np.array(json.loads(data), dtype=np.float64)
         else:
-            points = np.loadtxt(data.decode().splitlines(), delimiter=",", ndmin=2)
-    except (ValueError, TypeError, UnicodeDecodeError) as error:
+            lines = [line for line in data.decode().splitlines() if line.strip()]
+            points = np.array([[float(number) for number in line.split(",")] for line in lines])
+    except (ValueError, TypeError, OverflowError, RecursionError) as error:
         raise BadInput(f"{path}: expected points as a JSON list of [x, y, z] in metres, or lines of x,y,z") from error
     found = calibrate(points)
     told = {

@@ -56,7 +56,7 @@ def face_of(points: Any, size_px: tuple[int, int]) -> Face:
     """
     try:
         placed = np.array(points, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise BadInput("points_px: expected 68 places [x, y] in pixels") from error
     if placed.shape != (68, 2) or not np.isfinite(placed).all():
         raise BadInput("points_px: expected 68 places [x, y] in pixels")
@@ -74,9 +74,9 @@ def template(box: Any) -> Floats:
     """
     try:
         x0, y0, x1, y1 = (float(value) for value in box)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise BadInput("box_px: expected four numbers x0, y0, x1, y1 in pixels") from error
-    if not (np.isfinite([x0, y0, x1, y1]).all() and x1 - x0 >= 8 and y1 - y0 >= 8):
+    if not (np.abs([x0, y0, x1, y1]).max() < 1e6 and x1 - x0 >= 8 and y1 - y0 >= 8):
         raise BadInput("box_px: expected x0 < x1 and y0 < y1, at least 8 px apart")
     mean = shipped_shape().mean
     low, high = mean.min(0), mean.max(0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import re
 import time
 from collections.abc import Callable, Iterator
@@ -27,6 +26,7 @@ BACKOFF_S = (0.5, 1.0, 2.0, 4.0)
 """How long is waited before each try to connect again."""
 
 _LOOK_S = 0.05
+_LARGEST = 1e12
 _NAME = re.compile(r"(/[A-Za-z][A-Za-z0-9_]*)+")
 
 
@@ -210,6 +210,6 @@ def number(value: Any) -> float:
     Raises:
         ValueError: it is something else.
     """
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(f"{value!r} is no number")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < _LARGEST:
+        raise ValueError(f"a {type(value).__name__} that is no number of use")
     return float(value)

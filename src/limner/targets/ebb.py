@@ -33,6 +33,7 @@ MAX_STEPS_PER_MS = 25.0
 
 _SERVO_0, _SERVO_100 = 9855, 27831  # of 1/12 us: 0.8 and 2.3 ms
 _SERVO_RATE = 0  # at once; the plan's times hold the pauses
+_LEFT_OVER = 100  # lines that may still come when it is stopped
 _NO_POWER = 250  # of the 10-bit reading of the motors' voltage; USB alone reads less
 
 
@@ -156,8 +157,9 @@ class Ebb:
         """Stop the motors, raise the pen."""
         with contextlib.suppress(DeviceFailed):
             self._link.write(b"\rES\r")
-            while self._lines.next(self._silence_s / 10) is not None:
-                pass
+            for _ in range(_LEFT_OVER):
+                if self._lines.next(self._silence_s / 10) is None:
+                    break
             self._tell("SP,1,500")
             self._pen_is_up = True
         return self._pen_is_up

@@ -14,7 +14,7 @@ from limner.types import Floats
 if TYPE_CHECKING:
     from svgelements import Path
 
-MAX_PIECES = 100_000
+MAX_PIECES = 20_000
 """A single curve that would need more straight pieces is refused."""
 
 
@@ -85,8 +85,10 @@ def _arc(arc: Any, tolerance: float) -> Floats:
     if not (arc.rx and arc.ry and arc.sweep):
         return _xy([arc.end])
     bend = max(arc.rx, arc.ry) * arc.sweep**2
-    inner = [arc.point(t) for t in _parameters(bend, tolerance)[:-1].tolist()]
-    return _xy([*inner, arc.end])
+    angle = arc.get_start_t() + arc.sweep * _parameters(float(bend), tolerance)[:-1]
+    along, across = _xy([arc.prx - arc.center, arc.pry - arc.center])
+    x, y = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    return np.concatenate([_xy([arc.center]) + x * along + y * across, _xy([arc.end])])
 
 
 def _parameters(bend: float, tolerance: float) -> Floats:

@@ -13,7 +13,7 @@ from limner import geometry
 from limner.errors import BadInput
 from limner.storage import read_bytes
 from limner.targets.gcode import GcodeSettings
-from limner.targets.paper import page_for
+from limner.targets.paper import FARTHEST_MM, page_for
 from limner.types import REGIONS, Drawing, Floats, Page, Pen
 
 MAX_POINTS = 2_000_000
@@ -21,11 +21,14 @@ MAX_POINTS = 2_000_000
 ARC_MM = 0.05
 """No arc is farther than this from the straight pieces it becomes."""
 
+_LONGEST_LINE = 2000
+
 _COMMENT = re.compile(r"\(([^)]*)\)|;(.*)$")
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
-_PAGE = re.compile(r"limner: page ([\d.e+]+) x ([\d.e+]+) mm, margin ([\d.e+-]+), pen ([\d.e+-]+)")
-_LIFT = re.compile(r"pen up ([SZ])([-\d.]+), down [SZ]([-\d.]+)")
-_PEN = re.compile(r"pen ([\w .-]+): #([0-9a-f]{6}), ([\d.e+-]+) mm")
+_REAL = r"([-+]?(?:\d{1,20}(?:\.\d*)?|\.\d+)(?:e[-+]?\d{1,2})?)"
+_PAGE = re.compile(rf"limner: page {_REAL} x {_REAL} mm, margin {_REAL}, pen {_REAL}")
+_LIFT = re.compile(rf"pen up ([SZ]){_REAL}, down [SZ]{_REAL}")
+_PEN = re.compile(rf"pen ([\w .-]{{1,99}}): #([0-9a-f]{{6}}), {_REAL} mm")
 _STROKE = re.compile(r"stroke \d+: (\w+)")
 _IGNORED = {4.0, 17.0, 40.0, 49.0, 54.0, 80.0, 94.0, 64.0, 61.0}
 _REFUSED = {18.0: "the XZ plane", 19.0: "the YZ plane", 93.0: "inverse time feed"}
@@ -80,6 +83,8 @@ class _Replay:
 
     def line(self, text: str) -> None:
         """Do what a line says."""
+        if len(text) > _LONGEST_LINE:
+            raise BadInput(f"is longer than {_LONGEST_LINE} characters; this is no G-code")
         for comment in _COMMENT.finditer(text):
             self._comment(comment[1] or comment[2] or "")
         code = _COMMENT.sub("", text).split("*")[0].strip().upper().lstrip("/").strip("% \t")
@@ -147,6 +152,8 @@ class _Replay:
                 value = axes[letter] * self.scale
                 base = self.place[k] if math.isfinite(self.place[k]) else 0.0
                 target[k] = base + value if self.relative else value + self.offset[k]
+        if max(map(abs, target[:2])) > FARTHEST_MM:
+            raise BadInput(f"the pen goes farther than {FARTHEST_MM:g} mm; is this for a plotter?")
         return target
 
     def _shift(self, axes: dict[str, float]) -> None:
@@ -179,9 +186,9 @@ class _Replay:
         begin = math.atan2(start[1], start[0])
         turn = (math.atan2(end[1], end[0]) - begin) % (2 * math.pi) or 2 * math.pi
         turn = turn if self.motion == 3 else (turn - 2 * math.pi or -2 * math.pi)
+        if radius > FARTHEST_MM:
+            raise BadInput(f"an arc of {radius:g} mm is absurdly large")
         pieces = max(1, math.ceil(abs(turn) * math.sqrt(radius / (8 * ARC_MM))))
-        if pieces > MAX_POINTS:
-            raise BadInput("an arc is absurdly large")
         angles = begin + turn * np.arange(1, pieces) / pieces
         inner = centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         return [*inner.tolist(), target[:2]]

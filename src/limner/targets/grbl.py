@@ -19,6 +19,9 @@ RX_BYTES = 127
 
 BANNER = re.compile(r"Grbl(HAL)? \d", re.IGNORECASE)
 
+_PATIENCE = 3600  # things said without an answer: it is asked for its state about once a second
+_GREETINGS = 100  # lines after a reset
+
 _RESET, _HOLD, _STATUS = b"\x18", b"!", b"?"
 _TALK = re.compile(r"\[.*\]|\$.*|>.*")  # messages, settings, start-up lines: not answers to what we send
 
@@ -145,7 +148,7 @@ class Grbl:
 
     def _answered(self) -> None:
         """Wait for the answer to the oldest line; moves may take long, but GRBL tells its state meanwhile."""
-        while True:
+        for _ in range(_PATIENCE):
             answer = self._next()
             if answer == "ok":
                 self._under_way.popleft()
@@ -160,6 +163,7 @@ class Grbl:
             self._told += [answer] if answer.startswith("$") else []
             if not (answer.startswith("<") or _TALK.fullmatch(answer)):
                 raise DeviceFailed(f"{self.name} says {answer[:40]!r}, which is no answer of GRBL's; check the cable")
+        raise DeviceFailed(f"{self.name} says much but does not answer {self._under_way[0][1]!r}; reset it")
 
     def _next(self) -> str:
         """The next thing it says; it is asked for its state when it has said nothing for a while."""
@@ -201,5 +205,7 @@ class Grbl:
 
     def _quiet(self) -> None:
         """Let a second greeting and its messages pass."""
-        while self._lines.next(self._silence_s / 50) is not None:
-            pass
+        for _ in range(_GREETINGS):
+            if self._lines.next(self._silence_s / 50) is None:
+                return
+        raise DeviceFailed(f"{self.name} does not stop talking; check port and baud rate")

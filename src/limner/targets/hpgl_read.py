@@ -12,13 +12,13 @@ from limner import geometry
 from limner.errors import BadInput
 from limner.storage import read_bytes
 from limner.targets.hpgl import UNITS_PER_MM
-from limner.targets.paper import page_for
+from limner.targets.paper import FARTHEST_MM, page_for
 from limner.types import Drawing, Floats, Page, Pen
 
 MAX_POINTS = 2_000_000
 
 # A label runs to its terminator (ETX), a comment is quoted, any other word to the next word or semicolon.
-_WORD = re.compile(r'LB[^\x03]*\x03|CO\s*"[^"]*"|([A-Z]{2})([^A-Z;]*);?|;|\s+', re.IGNORECASE)
+_WORD = re.compile(r'LB[^\x03]*(?:\x03|$)|CO\s*"[^"]*(?:"|$)|([A-Z]{2})([^A-Z;]*);?|;|\s+', re.IGNORECASE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)")
 _REFUSED = {"SC": "scaling", "RO": "rotation", "IP": "another frame", "PE": "encoded lines", "AA": "arcs", "AR": "arcs"}
 
@@ -48,6 +48,13 @@ def read_hpgl(source: bytes | str | os.PathLike[str], page: Page | None = None) 
     return replay.drawing(page)
 
 
+def _whole(number: str) -> int:
+    digits = number.partition(".")[0] or "0"
+    if len(digits) > 6:
+        raise BadInput(f"SP {number:.20} is no pen")
+    return int(digits) if digits.strip("+-") else 0
+
+
 @dataclass
 class _Replay:
     place: tuple[float, float] = (0.0, 0.0)
@@ -64,7 +71,7 @@ class _Replay:
             raise BadInput(f"{name} ({_REFUSED[name]}) is not understood; expected lines in plotter units")
         if name in ("IN", "DF", "SP"):
             self.down = False
-            self.pen = int((_NUMBER.findall(values) or ["1"])[0].partition(".")[0] or 0) if name == "SP" else 1
+            self.pen = _whole((_NUMBER.findall(values) or ["1"])[0]) if name == "SP" else 1
             self.relative = self.relative and name == "SP"
         elif name in ("PA", "PR"):
             self.relative = name == "PR"
@@ -88,6 +95,8 @@ class _Replay:
             raise BadInput(f"more than {MAX_POINTS} points; simplify the drawing")
         for x, y in zip(numbers[::2], numbers[1::2], strict=True):
             self.place = (self.place[0] + x, self.place[1] + y) if self.relative else (x, y)
+            if not max(map(abs, self.place)) <= FARTHEST_MM * UNITS_PER_MM:
+                raise BadInput(f"{name} goes farther than {FARTHEST_MM:g} mm; is this for a plotter?")
             if self.down:
                 self.lines[-1].append(self.place)
 

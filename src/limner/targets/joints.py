@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from limner import storage
 from limner.errors import BadInput
@@ -56,8 +57,14 @@ def from_csv(data: bytes, name: str) -> JointTrajectory:
     press_mm = float(table[0, rest + 2]) if len(header) > rest + 2 and len(table) else 0.0
     q, qd, qdd = (table[:, 1 + k * dof : 1 + (k + 1) * dof] for k in range(3))
     return JointTrajectory(
-        names, table[:, 0], q, qd, qdd, table[:, rest] != 0, table[:, rest + 1].astype(np.int64), press_mm
+        names, table[:, 0], q, qd, qdd, table[:, rest] != 0, _whole(table[:, rest + 1], name), press_mm
     )
+
+
+def _whole(column: Floats, name: str) -> NDArray[np.int64]:
+    if not (np.abs(column) < 2**31).all():
+        raise BadInput(f"{name}: expected strokes from -1 up to {2**31}")
+    return column.astype(np.int64)
 
 
 def waypoints(trajectory: JointTrajectory, tips: Floats) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import re
 import zlib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from limner.storage import read_bytes
 from limner.types import Drawing, Floats
 
 _HEAD = "limner-journal-1"
+_ENTRY = re.compile(r"(begin|reached) (\d{1,9}) (\d{1,9})")
 
 
 @dataclass(frozen=True, order=True)
@@ -66,7 +68,7 @@ class Journal:
         self.path = Path(path)
         self.place, self.doubtful = Place(0), False
         self._name = f"{_HEAD} {fingerprint(drawing)} {len(drawing.lines_mm)}"
-        self._strokes = len(drawing.lines_mm)
+        self._strokes, self._points = len(drawing.lines_mm), [len(line) for line in drawing.lines_mm]
         try:
             good = self._read() if resume else b""
             flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
@@ -125,9 +127,16 @@ class Journal:
         if texts and texts[0] != self._name:
             raise BadInput(f"{self.path}: the journal of another drawing; resume that one, or send without --resume")
         for text in texts[1:]:
-            kind, stroke, vertex = text.split()
-            self.place, self.doubtful = Place(int(stroke), int(vertex)), kind == "begin"
+            self._go_on(text)
         return b"".join(whole)
+
+    def _go_on(self, text: str) -> None:
+        told = _ENTRY.fullmatch(text)
+        stroke, vertex = (int(told[2]), int(told[3])) if told else (-1, 0)
+        known = 0 <= stroke < self._strokes and vertex < self._points[stroke]
+        if told is None or not (known or (stroke, vertex) == (self._strokes, 0)):
+            raise BadInput(f"{self.path}: the journal says '{text:.40}', which is no place of this drawing")
+        self.place, self.doubtful = Place(stroke, vertex), told[1] == "begin"
 
 
 def unfinished(path: str | Path, drawing: Drawing) -> Place | None:

@@ -54,19 +54,19 @@ class Lines:
         """
         end = time.monotonic() + timeout_s
         while True:
-            line = self._whole()
-            if line:
-                return line
+            while (line := self._whole()) is not None:
+                if line:
+                    return line
             left = end - time.monotonic()
-            if line is None:
-                data = self._link.read(max(left, 0))
-                if not data and left <= 0:
-                    return None
-                self._rest += data
+            data = self._link.read(max(left, 0))
+            # Ends of lines without any line between them may come for ever.
+            if left <= 0 and not data.strip():
+                return None
+            self._rest += data
 
     def _whole(self) -> str | None:
         """The next line if all of it is there, which may be empty."""
-        data = self._rest.replace(b"\r", b"\n")
+        data = self._rest.replace(b"\r", b"\n").lstrip(b"\n")
         head, newline, rest = data.partition(b"\n")
         if len(head) > LONGEST_LINE or any(byte < 32 or byte > 126 for byte in head):
             self._rest = rest

@@ -9,6 +9,9 @@ import numpy as np
 from limner.types import Floats, Page
 from limner.units import PAGES_MM
 
+FARTHEST_MM = 1e6
+"""No plotter's pen goes farther: a file that says so is for something else, or damaged."""
+
 
 def page_for(lines_mm: Sequence[Floats]) -> Page:
     """A named page, upright or across, without margin; one as large as the lines where none is large enough."""

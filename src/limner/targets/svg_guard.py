@@ -12,6 +12,11 @@ MAX_BYTES = 50 * 2**20
 MAX_ELEMENTS = 200_000
 MAX_DEPTH = 100
 
+USED_TIMES, USED_MORE = 4, 20_000
+"""By ``<use>`` a file may grow to so many times its own size, and by so much: a kilobyte cannot take minutes."""
+
+_SIZE_BYTES = 20  # of attributes count as much as an element
+
 _XLINK_HREF = "http://www.w3.org/1999/xlink href"
 
 
@@ -19,7 +24,9 @@ _XLINK_HREF = "http://www.w3.org/1999/xlink href"
 class _Node:
     children: list[_Node] = field(default_factory=list)
     reference: str = ""
+    size: int = 1  # one, and more for long attributes
     expanded: int = 0  # elements in it once every <use> is replaced by what it refers to; 0: not counted yet
+    grown: int = 0  # the sizes of these
     counting: bool = False
 
 
@@ -27,7 +34,8 @@ def check_svg(data: bytes, name: str) -> None:
     """Refuse what is no SVG, and what could exhaust the reader.
 
     Refused: no well-formed XML, a root that is not ``svg``, entities of its own, more than ``MAX_BYTES``, elements
-    nested deeper than ``MAX_DEPTH``, and ``<use>`` that refers to itself or multiplies to over ``MAX_ELEMENTS``.
+    nested deeper than ``MAX_DEPTH``, and ``<use>`` that refers to itself or multiplies to over ``MAX_ELEMENTS`` or to
+    more than ``USED_TIMES`` and ``USED_MORE`` allow.
 
     Raises:
         BadInput: with the file's name and the limit.
@@ -50,6 +58,7 @@ class _Reader:
     def __init__(self, name: str) -> None:
         self.name = name
         self.root = _Node()
+        self.size = 0
         self.stack = [self.root]
         self.by_id: dict[str, _Node] = {}
 
@@ -67,6 +76,8 @@ class _Reader:
         if len(self.stack) > MAX_DEPTH:
             raise BadInput(f"{self.name}: has elements nested deeper than {MAX_DEPTH}; flatten its groups")
         node = _Node(reference=attributes.get("href", attributes.get(_XLINK_HREF, "")) if tag == "use" else "")
+        node.size += sum(map(len, attributes.values())) // _SIZE_BYTES
+        self.size += node.size
         if "id" in attributes:
             self.by_id[attributes["id"]] = node
         self.stack[-1].children.append(node)
@@ -87,7 +98,10 @@ class _Reader:
             if node.reference[1:] in self.by_id and node.reference:
                 parts.append(self.by_id[node.reference[1:]])
             node.expanded = 1 + sum(self.count(part, depth + 1) for part in parts)
+            node.grown = node.size + sum(part.grown for part in parts)
             node.counting = False
         if node.expanded > MAX_ELEMENTS:
             raise BadInput(f"{self.name}: has more than {MAX_ELEMENTS} elements; simplify it")
+        if node.grown > USED_TIMES * self.size + USED_MORE:
+            raise BadInput(f"{self.name}: repeats too much by <use>; simplify it")
         return node.expanded

@@ -11,6 +11,11 @@ from limner import transforms
 from limner.errors import BadInput
 from limner.types import Floats, Value, frozen_array
 
+MOST_POINTS = 1000
+
+FARTHEST_M = 100.0
+"""From the base of any arm."""
+
 
 @dataclass(frozen=True, eq=False)
 class Calibration(Value):
@@ -56,6 +61,8 @@ def calibrate(points_m: ArrayLike, outlier_mm: float = 2.0) -> Calibration:
     points = frozen_array(points_m, np.float64, (None, 3), "calibration points")
     if len(points) < 3:
         raise BadInput(f"calibration: {len(points)} points, expected at least 3 that are not on a line")
+    if len(points) > MOST_POINTS or np.abs(points).max() > FARTHEST_M:
+        raise BadInput(f"calibration: expected up to {MOST_POINTS} points, none farther than {FARTHEST_M:g} m")
     used = _agreeing(points, outlier_mm / 1000)
     if not used[:2].all():
         wrong = "first" if not used[0] else "second"

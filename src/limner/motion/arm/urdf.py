@@ -13,7 +13,7 @@ import numpy as np
 from limner import transforms
 from limner.errors import BadInput, MissingExtra
 from limner.motion.arm.robot import Capsule, Mass, Robot
-from limner.types import Floats
+from limner.types import Floats, frozen_array
 
 MAX_BYTES = 20 * 2**20
 MAX_DEPTH = 50
@@ -29,6 +29,9 @@ ASSUMED_RADIUS_M = 0.05
 
 CONTINUOUS_RAD = 2 * math.pi
 """What a joint without limits may turn, both ways: cables do not turn for ever."""
+
+LARGEST = 1e4
+"""No length [m], angle [rad] or moment of inertia of an arm is larger."""
 
 MOVING = ("revolute", "continuous", "prismatic")
 
@@ -117,8 +120,16 @@ def _read(data: bytes, name: str) -> Any:
 def _origin(thing: Any) -> Floats:
     if thing.origin is None:
         return np.eye(4)
-    turn = transforms.from_rpy(thing.origin.rpy or (0, 0, 0))
-    return transforms.transform(turn, thing.origin.xyz or (0, 0, 0))
+    turn = transforms.from_rpy(_numbers(thing.origin.rpy or (0, 0, 0), "rpy"))
+    return transforms.transform(turn, _numbers(thing.origin.xyz or (0, 0, 0), "xyz"))
+
+
+def _numbers(values: Any, what: str, shape: tuple[int, ...] = (3,)) -> Floats:
+    """Finite, and no larger than anything on an arm is."""
+    numbers = frozen_array(values, np.float64, shape, f"robot: {what}")
+    if np.abs(numbers).max() > LARGEST:
+        raise BadInput(f"robot: {what} has {np.abs(numbers).max():g}, expected up to {LARGEST:g}")
+    return numbers
 
 
 class _Tree:
@@ -142,6 +153,15 @@ class _Tree:
         if len(roots) != 1:
             raise BadInput(f"{self.name}: has {len(roots)} links without a parent, expected one")
         self.root = roots[0]
+        todo, reached = [self.root], {self.root}
+        while todo:
+            found = {joint.child for joint in self.below[todo.pop()]} - reached
+            reached |= found
+            todo += found
+        # Who has one parent and hangs on the root is in no ring.
+        joints = sum(map(len, self.below.values()))
+        if len(reached) < len(self.links) or joints > len(self.above):
+            raise BadInput(f"{self.name}: its links are no tree: some hang on each other or on two others")
 
     def robot(self) -> Robot:
         chain = self._chain()
@@ -165,7 +185,7 @@ class _Tree:
             capsules=tuple(self._capsules(moving)),
             masses=tuple(self._masses(moving)),
             poses=dict(self.request.poses or {}),
-            sheet_box_m=np.array(self.request.sheet_box_m),
+            sheet_box_m=_numbers(self.request.sheet_box_m, "sheet_box_m", (2, 3)),
             base=self.base,
             tip=self.tip,
             root=self.root,
@@ -212,17 +232,18 @@ class _Tree:
     def _limits(self, joint: Any) -> tuple[float, float]:
         if joint.type == "continuous":
             return -CONTINUOUS_RAD, CONTINUOUS_RAD
-        return float(joint.limit.lower), float(joint.limit.upper)
+        lower, upper = _numbers((joint.limit.lower, joint.limit.upper), f"limits of {joint.name}", (2,)).tolist()
+        return lower, upper
 
     def _per_joint(self, what: str, assumed: float, dof: int) -> Floats:
         given = getattr(self.request, what) or (assumed,)
         if len(given) not in (1, dof):
             raise BadInput(f"{self.name}: {len(given)} values of {what} for {dof} joints; give one or {dof}")
-        return np.broadcast_to(np.asarray(given, dtype=np.float64), (dof,))
+        return np.broadcast_to(frozen_array(given, np.float64, (None,), f"{self.name}: {what}"), (dof,))
 
     def _held(self, joint: Any) -> Floats:
         """From a joint's parent to its child while it does not move."""
-        position = self.frozen.get(joint.name, 0.0)
+        position = float(_numbers(self.frozen.get(joint.name, 0.0), f"the place of {joint.name}", ()))
         if joint.type not in MOVING or not position:
             return _origin(joint)
         axis = _axis(joint, self.name)
@@ -270,7 +291,7 @@ class _Tree:
         placed = frame @ _origin(inertial)
         turn = placed[:3, :3]
         try:
-            inertia = turn @ np.array(inertial.inertia.to_matrix(), dtype=np.float64) @ turn.T
+            inertia = turn @ _numbers(inertial.inertia.to_matrix(), "inertia", (3, 3)) @ turn.T
             return Mass(number, float(inertial.mass), placed[:3, 3], inertia)
         except BadInput as error:
             raise BadInput(f"{self.name}: link {link.name}: {error}") from error
@@ -297,8 +318,8 @@ class _Tree:
 
 
 def _axis(joint: Any, name: str) -> Floats:
-    axis = np.array(joint.axis or (1, 0, 0), dtype=np.float64)
-    if not np.isfinite(axis).all() or not np.linalg.norm(axis):
+    axis = _numbers(joint.axis or (1, 0, 0), f"the axis of {joint.name}")
+    if np.linalg.norm(axis) < 1e-6:
         raise BadInput(f"{name}: joint {joint.name} has the axis {axis.tolist()}, expected a direction")
     unit: Floats = axis / np.linalg.norm(axis)
     return unit
@@ -312,11 +333,12 @@ def _capsule(shape: Any, number: int, frame: Floats) -> Capsule | None:
     """The smallest capsule along a primitive that holds all of it; none for a mesh, whose file is not read."""
     geometry = shape.geometry
     if hasattr(geometry, "length"):
-        half, radius = geometry.length / 2 * np.eye(3)[2], geometry.radius
+        length, radius = _numbers((geometry.length, geometry.radius), "a cylinder", (2,))
+        half = length / 2 * np.eye(3)[2]
     elif hasattr(geometry, "radius"):
-        half, radius = np.zeros(3), geometry.radius
+        half, radius = np.zeros(3), _numbers(geometry.radius, "a sphere", ())
     elif hasattr(geometry, "size"):
-        sides = np.asarray(geometry.size, dtype=np.float64) / 2
+        sides = _numbers(geometry.size, "a box") / 2
         longest = int(sides.argmax())
         across = float(np.hypot(*np.delete(sides, longest)))
         # A tenth more radius lets the round caps end near the box's flat ones.

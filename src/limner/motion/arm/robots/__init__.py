@@ -49,7 +49,7 @@ def _files(source: str) -> tuple[bytes, bytes]:
 def _request(toml: bytes, source: str, base: str, tip: str) -> ChainRequest:
     try:
         values: dict[str, Any] = tomllib.loads(toml.decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise BadInput(f"{Path(source).with_suffix('.toml')}: is no TOML ({error})") from error
     values |= {name: link for name, link in (("base", base), ("tip", tip)) if link}
     fields = {field.name for field in dataclasses.fields(ChainRequest)}
@@ -57,7 +57,15 @@ def _request(toml: bytes, source: str, base: str, tip: str) -> ChainRequest:
         raise BadInput(
             f"{Path(source).with_suffix('.toml')}: {unknown[0]} does not exist; choose {', '.join(sorted(fields))}"
         )
+    for name, value in values.items():
+        if not isinstance(value, _KINDS[name]):
+            wanted = _KINDS[name].__name__
+            raise BadInput(f"{Path(source).with_suffix('.toml')}: {name} = {value!r}, expected a {wanted}")
     for name in ("acceleration", "jerk"):
         if name in values:
             values[name] = tuple(values[name])
     return ChainRequest(**values)
+
+
+_KINDS: dict[str, type] = {"base": str, "tip": str, "controller": str, "frozen": dict, "poses": dict}
+_KINDS |= {"acceleration": list, "jerk": list, "sheet_box_m": list}

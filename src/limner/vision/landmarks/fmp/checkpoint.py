@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from limner.errors import BadInput
 from limner.settings import SettingsGroup, write_toml
@@ -79,12 +81,19 @@ def load(path: Path, owner: str) -> State:
     arrays = unpack_npz(read_bytes(path, 2**31), str(path), 2**32)
     if str(arrays.get("ticket")) != owner:
         raise BadInput(f"{path}: the state of a training with other settings or pictures; remove it, or name another")
+    try:
+        return _state(arrays, str(path))
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise BadInput(f"{path}: the state of a training, damaged ({error}); remove it") from error
+
+
+def _state(arrays: Mapping[str, NDArray[Any]], name: str) -> State:
     rounds = [Round(**{**item, "solution": Report(**item["solution"])}) for item in json.loads(str(arrays["rounds"]))]
     placed = [
         Placed(int(source), int(level), int(component), cells)
         for (source, level, component), cells in zip(arrays["table"], arrays["cells"], strict=True)
     ]
-    model = unpack_model(arrays["model"].tobytes(), str(path))
+    model = unpack_model(arrays["model"].tobytes(), name)
     groups = tuple(int(group) for group in arrays["groups"])
     curve = tuple(Learned(**item) for item in json.loads(str(arrays["curve"])))
     return State(model, arrays["start"], tuple(placed), groups, arrays["alpha"], tuple(rounds), curve)

@@ -1,0 +1,67 @@
+"""Every reader of outside data keeps its promise over the corpus and changes of it: a value, or one line, in time."""
+
+from __future__ import annotations
+
+import fuzz
+import pytest
+from fuzz import contract
+from fuzz.run import run
+
+from limner.errors import BadInput, LimnerError
+
+EXECUTIONS = 200
+CPU_S = 0.7
+"""For each harness; on a slow machine fewer are run."""
+
+HARNESSES = fuzz.harnesses()
+
+
+@pytest.mark.parametrize("name", HARNESSES)
+def test_the_promise_is_kept(name):
+    outcome = run(name, EXECUTIONS, cpu_s=CPU_S)
+    assert not outcome.broken, "\n".join(f"{data[:200]!r}\n{text}" for data, text in outcome.broken.values())
+    assert outcome.executions > len(fuzz.corpus(name))
+
+
+@pytest.mark.parametrize("name", HARNESSES)
+def test_every_harness_has_a_corpus_that_reaches_its_reader(name):
+    inputs = fuzz.corpus(name)
+    assert inputs
+    assert any(contract.check(HARNESSES[name], data) for data in inputs) or name in ("grbl", "ebb", "rosbridge")
+    assert sum(map(len, inputs)) < 500_000
+
+
+def test_the_same_seed_gives_the_same_run():
+    assert run("hpgl", 50).accepted == run("hpgl", 50).accepted
+
+
+def raising(error):
+    def read(data):
+        raise error
+
+    return read
+
+
+@pytest.mark.parametrize("error", [ValueError("x"), RecursionError(), MemoryError(), UserWarning("x"), KeyError("x")])
+def test_any_other_error_is_a_finding(error):
+    with pytest.raises(type(error)):
+        contract.check(raising(error), b"")
+
+
+def test_a_slow_reader_is_a_finding(monkeypatch):
+    def endless(data):
+        while True:
+            pass
+
+    monkeypatch.setattr(contract, "CPU_S", 0.05)
+    with pytest.raises(contract.Broken, match="processor"):
+        contract.check(endless, b"")
+
+
+def test_an_error_is_one_line_whatever_it_quotes():
+    for quoted in ("a\nb", "\x1b[31m", "\ud800", "x" * 10_000, "\u202e\x00"):
+        text = str(BadInput(f"file {quoted}: is wrong"))
+        assert text.isprintable()
+        assert len(text) < 2000
+        assert text.endswith("is wrong")
+    assert str(LimnerError("as  it is, é too")) == "as  it is, é too"
