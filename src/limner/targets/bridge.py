@@ -211,5 +211,5 @@ def number(value: Any) -> float:
         ValueError: it is something else.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < _LARGEST:
-        raise ValueError(f"a {type(value).__name__} that is no number of use")
+        raise ValueError(f"{value!r:.40} is no number")
     return float(value)

@@ -38,7 +38,7 @@ def read_hpgl(source: bytes | str | os.PathLike[str], page: Page | None = None) 
     text, replay, at = data.decode("latin-1"), _Replay(), 0
     while at < len(text):
         match = _WORD.match(text, at)
-        if match is None:
+        if match is None or (match[0][:2].upper() in ("LB", "CO") and match[0][-1] not in '\x03"'):
             raise BadInput(f"{name}: {text[at : at + 20]!r} at byte {at} is no HP-GL")
         try:
             replay.word((match[1] or "").upper(), match[2] or "")

@@ -25,6 +25,9 @@ MAX_PIXELS = 40_000_000
 REFUSED_PIXELS = 250_000_000
 """A file that claims more is refused before any of it is decoded: a decoder takes four bytes a pixel, 1 GB."""
 
+PIXELS_PER_BYTE = 1000
+"""A file larger than ``MAX_PIXELS`` has no more: photos have about ten, and 34 bytes of WebP can ask for a gigabyte."""
+
 FORMATS = ("JPEG", "MPO", "PNG", "WEBP", "AVIF", "TIFF", "BMP", "DIB", "GIF", "PPM", "JPEG2000")
 """Pillow's decoders that are let near a file, HEIC aside; others call outside programs or match almost any bytes."""
 
@@ -67,7 +70,8 @@ def load_photo(source: Source, *, still: bool = False) -> Photo:
         still: refuse a picture that moves.
 
     Raises:
-        BadInput: it cannot be read, is no picture, is broken, or claims more than ``REFUSED_PIXELS``.
+        BadInput: it cannot be read, is no picture, is broken, or claims more than ``REFUSED_PIXELS`` or than a photo
+            has in so few bytes.
         MissingExtra: a HEIC file, and the package that reads them is not installed.
     """
     if isinstance(source, np.ndarray):
@@ -181,6 +185,10 @@ def _open(data: bytes, name: str) -> Image.Image:
         raise BadInput(
             f"{name}: {width} x {height} px is {width * height / 1e6:.0f} megapixels, more than the"
             f" {REFUSED_PIXELS // 10**6} that are read; scale it down first"
+        )
+    if width * height > MAX_PIXELS + PIXELS_PER_BYTE * len(data):
+        raise BadInput(
+            f"{name}: {width} x {height} px in {len(data)} bytes is no photo; a picture of one colour cannot be drawn"
         )
     if image.format in ("JPEG", "MPO"):
         halving = next((s for s in (1, 2, 4, 8) if (width // s + 1) * (height // s + 1) <= MAX_PIXELS), 8)
