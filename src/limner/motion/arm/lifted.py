@@ -51,7 +51,7 @@ class LiftSettings(SettingsGroup):
 
     lift_mm: float = setting(4.0, "height of the tip above the sheet between strokes", unit="mm", low=0.5, high=200)
     clear_mm: float = setting(
-        1.0, "the pen goes straight up and down to at least this height", unit="mm", low=0, high=200
+        2.0, "the pen goes straight up and down to at least this height", unit="mm", low=0, high=200
     )
     sweep_mm: float = setting(
         8.0, "the pen goes over from rising to level travel on so much of its way", unit="mm", low=0, high=200
