@@ -44,7 +44,7 @@ def test_every_route_is_described(server):
 
 
 @pytest.mark.slow
-def test_nothing_that_fits_the_description_breaks_the_server(server):
+def test_nothing_that_fits_the_description_breaks_the_server(server, tmp_path):
     pytest.importorskip("schemathesis")
     with studios.enter(server) as client, studios.enter(server, server.said["operator_url"]) as operator:
         jar = [*client.cookies.items(), *operator.cookies.items()]
@@ -58,6 +58,7 @@ def test_nothing_that_fits_the_description_breaks_the_server(server):
             capture_output=True,
             text=True,
             timeout=300,
+            cwd=tmp_path,
         )
         assert ran.returncode == 0, ran.stdout[-4000:] + ran.stderr[-1000:]
         assert client.get("/api/options").status_code == 200
