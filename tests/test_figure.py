@@ -154,3 +154,83 @@ def test_a_dark_column_above_the_head_is_background(person):
     found_figure = find_figure(Photo(tall), face, SETTINGS).figure
     assert not found_figure[:40, middle - 40 : middle + 40].any()
     assert shared_part(found_figure[60:], figure.figure) > 0.9
+
+
+def grained(rgb, mask, rng, strength=30):
+    """Grain, as of hair or cloth, on part of a picture."""
+    noise = cv2.GaussianBlur(rng.normal(0, 1, mask.shape), (0, 0), 1.5)
+    changed = rgb + np.where(mask, strength / noise.std() * noise, 0)[..., None]
+    return np.clip(changed, 0, 255).astype(np.uint8)
+
+
+def shaded(light, darkest=0.2):
+    """A grey wall with the soft shadow of a head on it."""
+    rows, columns = np.indices((600, 560))
+    far = np.hypot((columns - 380) / 60, (rows - 420) / 90)
+    shadow = darkest + (1 - darkest) / (1 + np.exp(-5 * (far - 1)))
+    return np.clip(np.array(light) * shadow[..., None], 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("wall", [(190, 190, 190), (150, 180, 210)], ids=["grey", "blue"])
+def test_a_soft_shadow_on_the_wall_is_no_hair(wall):
+    ground = shaded(wall)
+    photo, face, truth = made_up(ground)
+    hair = (photo.rgb == (90, 60, 40)).all(axis=-1)
+    dark = np.where(hair[..., None], (45, 42, 42), photo.rgb)
+    figure = find_figure(Photo(grained(dark, hair, np.random.default_rng(1))), face, SETTINGS)
+    shadow = ~truth & (ground[..., 0] < 0.6 * wall[0])
+    shadow[470:] = False
+    assert shadow.sum() > 2000
+    assert (figure.figure & shadow).sum() < 0.25 * shadow.sum()
+    assert shared_part(figure.figure, truth) > 0.93
+
+
+def long_haired(colour, ground):
+    """The bust with hair down to the shoulders and wide beside the face."""
+    photo, face, truth = made_up(ground)
+    hair = np.zeros(truth.shape, np.uint8)
+    cv2.ellipse(hair, (280, 330), (225, 260), 0, 0, 360, 1, -1)
+    behind = (hair > 0) & ~truth
+    own = (photo.rgb == (90, 60, 40)).all(axis=-1)
+    rgb = photo.rgb.copy()
+    rgb[behind | own] = colour
+    return Photo(grained(rgb, behind | own, np.random.default_rng(2), 8)), face, truth | behind
+
+
+@pytest.mark.parametrize("colour", [(40, 30, 28), (190, 150, 90)], ids=["dark", "fair"])
+def test_wide_long_hair_belongs_to_the_figure(colour):
+    photo, face, truth = long_haired(colour, np.full((600, 560, 3), (150, 190, 150), np.uint8))
+    figure = find_figure(photo, face, SETTINGS)
+    assert shared_part(figure.figure, truth) > 0.93
+    assert figure.hair[330, 90]
+    assert figure.hair[330, 470]
+
+
+def test_texture_tells_the_hat_from_a_wood_of_its_colour():
+    rng = np.random.default_rng(5)
+    photo, face, truth = made_up(np.full((600, 560, 3), (100, 72, 50), np.uint8))
+    figure = find_figure(Photo(grained(photo.rgb, truth & (np.indices(truth.shape)[0] < 300), rng)), face, SETTINGS)
+    assert shared_part(figure.figure[:300], truth[:300]) > 0.85
+
+
+def test_a_rail_behind_the_ears_is_background():
+    ground = np.full((600, 560, 3), 225, np.uint8)
+    ground[300:318] = (80, 55, 40)
+    photo, face, truth = made_up(ground)
+    figure = find_figure(photo, face, SETTINGS).figure
+    assert (figure & ~truth)[300:318].sum() < 0.1 * (~truth)[300:318].sum()
+    assert shared_part(figure, truth) > 0.93
+
+
+def test_the_ground_above_a_bald_head_is_background():
+    """Brown and blurred as autumn woods: darker than the skin, of its hue."""
+    rng = np.random.default_rng(4)
+    spots = cv2.GaussianBlur(rng.normal(0, 1, (600, 560)), (0, 0), 12)
+    ground = np.clip(np.array([75, 62, 52]) + 18 * (spots / spots.std())[..., None], 0, 255).astype(np.uint8)
+    photo, face, truth = made_up(ground)
+    rgb = photo.rgb.copy()
+    rgb[(rgb == (90, 60, 40)).all(axis=-1)] = (190, 142, 118)
+    rgb[:120, 200:360] = np.where(truth[:120, 200:360, None], rgb[:120, 200:360], 0.75 * rgb[:120, 200:360])
+    figure = find_figure(Photo(rgb), face, SETTINGS).figure
+    assert not figure[:60].any()
+    assert shared_part(figure, truth) > 0.93

@@ -11,18 +11,23 @@ import numpy as np
 from limner.settings import SettingsGroup, setting
 from limner.types import Face, Photo, Value, frozen_array
 from limner.vision.head import LIPS, face_outline
-from limner.vision.raster import Image, Mask, blurred, filled, pieces, resized
+from limner.vision.raster import Image, Mask, blurred, dilated, filled, pieces, resized
 from limner.vision.segment import colours, places
 from limner.vision.segment.cut import cut
+from limner.vision.segment.ground import smooth_ground
+from limner.vision.segment.texture import texture
 
 SMALL_OUTER_EYE_PX = 32.0
 """Size of the face at which the person is found [px]: finer than this is single hairs."""
 
-REACH = 0.06
+REACH = 0.04
 """How far the border moves to the nearest edge when seen in full size [outer-eye distances]."""
 
 SLIMMEST = 1.2
 """Width of the narrowest head that goes up to the top of the picture [outer-eye distances]."""
+
+SPUR_PX = 4
+"""Radius of the smallest disc that fits everywhere into head and body, in the small copy [px]."""
 
 BEARD_SHARE = 0.6
 """A beard is darker than this share of the skin's lightness."""
@@ -71,9 +76,9 @@ class Figure(Value):
 def find_figure(photo: Photo, face: Face, settings: FigureSettings) -> Figure:
     """Tell the person from the background, and the parts of the person from each other.
 
-    Places around the face say first what is likely where; each part and the background then learn their colours and
-    every pixel is judged again (``segment.colours``); a minimum cut makes one mask of it (``segment.cut``), all on a
-    small copy. The border is moved to the edges of the full picture by a guided filter (He, Sun & Tang 2013,
+    Places around the face say first what is likely where, and where the ground runs on smoothly from the upper corners
+    (``segment.ground``); each part and the background then learn their colours and textures and every pixel is judged
+    again (``segment.colours``); a minimum cut makes one mask of it (``segment.cut``), all on a small copy. The border is moved to the edges of the full picture by a guided filter (He, Sun & Tang 2013,
     doi:10.1109/TPAMI.2012.213).
 
     Args:
@@ -90,21 +95,25 @@ def find_figure(photo: Photo, face: Face, settings: FigureSettings) -> Figure:
     small, small_face = _small(photo, face)
     shape = small.rgb.shape[:2]
     certain = places.inside_face(small_face, shape)
-    seen = colours.normalized(small)
+    lab = colours.lab_of(small)
+    seen = colours.normalized(lab)
+    rough = texture(photo, small.size_px, face.outer_eye_px)
     likely = colours.likely_parts(
         seen,
-        places.likely_places(small_face, shape),
+        rough,
+        places.with_ground(places.likely_places(small_face, shape), smooth_ground(lab, small_face, rough)),
         certain,
         places.features(small_face, shape),
         places.above_eyes(small_face, shape),
     )
     mask = cut(1 - likely[0], seen, certain, settings.trust)
-    mask = _one_piece(mask & ~_columns(mask, small_face), certain)
+    mask = _one_piece(_without_spurs(mask & ~_columns(mask, small_face)) | certain, certain)
     figure = _fine(mask, photo, settings.smooth * face.outer_eye_px, REACH * face.outer_eye_px)
     figure |= places.inside_face(face, figure.shape)
-    part = np.stack([resized(blurred(one, 1.0), photo.size_px) for one in likely[1:]]).argmax(axis=0)
-    skin = figure & (part == 0)
-    return Figure(figure, skin, figure & (part == 1), figure & (part == 2), _beard(photo, face, skin))
+    skin, hair, body = (resized(blurred(one, 1.0), photo.size_px) for one in likely[1:])
+    bare = figure & (skin >= hair) & (skin >= body)
+    covered = figure & ~bare & (hair >= body)
+    return Figure(figure, bare, covered, figure & ~bare & ~covered, _beard(photo, face, bare))
 
 
 def _small(photo: Photo, face: Face) -> tuple[Photo, Face]:
@@ -128,6 +137,15 @@ def _columns(mask: Mask, face: Face) -> Mask:
         _, labels = pieces((upper > 0) & ~wide)
         columns[:brows] = np.isin(labels, np.unique(labels[0][labels[0] > 0]))
     return columns
+
+
+def _without_spurs(mask: Mask) -> Mask:
+    """The mask without arms slimmer than twice ``SPUR_PX``: rails and branches that touch the head."""
+    edge = 2 * SPUR_PX + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (edge, edge))
+    padded = np.pad(mask.astype(np.uint8), edge, mode="edge")
+    wide = np.asarray(cv2.morphologyEx(padded, cv2.MORPH_OPEN, disc))[edge:-edge, edge:-edge] > 0
+    return mask & dilated(wide, SPUR_PX // 2)
 
 
 def _one_piece(mask: Mask, certain: Mask) -> Mask:

@@ -1,7 +1,7 @@
-"""A photo and how likely each part is by place go in; how likely it is by colour too comes out.
+"""A photo and how likely each part is by place go in; how likely it is by colour and texture too comes out.
 
-Each part learns its colours, here and there, from the pixels that are likely to belong to it, then each pixel is
-judged again by what was learned: expectation and maximisation with histograms over colour and place.
+Each part learns its colours, here and there, and its texture from the pixels that are likely to belong to it, then each
+pixel is judged again by what was learned and by its neighbours: expectation and maximisation with histograms.
 """
 
 from __future__ import annotations
@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limner.types import Floats, Photo
-from limner.vision.raster import Image, Mask
+from limner.vision.raster import Image, Mask, blurred
+from limner.vision.segment.texture import LEVELS, Levels
 
 Index = NDArray[np.int64]
 
-ROUNDS = 4
+ROUNDS = 3
 
 COLOUR_BINS = (14, 11, 11)
 """Cells of lightness and of the two opponent colours."""
@@ -35,12 +36,25 @@ FAR = 400.0
 UNSEEN = 2e-4
 """Likelihood of a colour that a part has never shown."""
 
+TEXTURE = 0.7
+"""How much texture tells beside colour."""
 
-def likely_parts(seen: Image, places: Image, face: Mask, features: Mask, above: Image) -> Image:
-    """How likely each part is (4, H, W) at each pixel by place and colour.
+DARK, BRIGHT = 0.05, 0.2
+"""Texture tells nothing in what is darker than the first, all in what is lighter than the second."""
+
+COMPANY, COMPANY_PX = 3.0, 2.5
+"""Log odds of a part for a pixel all of whose neighbours are of it, and how far those are: so hair may go on."""
+
+LATER = 0.3
+"""What the background learns below the eyes, beside long hair and shoulders, counts so much."""
+
+
+def likely_parts(seen: Image, texture: Levels, places: Image, face: Mask, features: Mask, above: Image) -> Image:
+    """How likely each part is (4, H, W) at each pixel by place, colour and texture.
 
     Args:
         seen: (H, W, 3) lightness and opponent colours, ``normalized``.
+        texture: (H, W) its levels.
         places: (4, H, W) how likely by place alone.
         face: (H, W) what is certainly no background.
         features: (H, W) what no part learns from.
@@ -51,18 +65,29 @@ def likely_parts(seen: Image, places: Image, face: Mask, features: Mask, above: 
     prior[0, face.ravel()] = 0
     likely = np.clip((prior - DOUBTFUL) / (SURE - DOUBTFUL), 0, 1)
     likely[0] *= above.ravel()
-    learn = ~features.ravel()
+    learn = np.repeat(~features.ravel()[None], 4, axis=0).astype(np.float64)
+    tells = np.clip((seen[..., 0].ravel() - DARK) / (BRIGHT - DARK), 0, 1) * TEXTURE
+    odds = np.zeros_like(prior)
     for _ in range(ROUNDS):
-        seen = np.stack([_likelihood(cell, colour, where, part * learn) for part in likely])
-        likely = prior * seen
-        likely = likely / likely.sum(axis=0)
+        weights = likely * learn
+        odds += _by_texture(texture.ravel(), tells, weights)
+        by_colour = np.stack([_likelihood(cell, colour, where, part) for part in weights])
+        likely = prior * by_colour * np.exp(odds)
+        likely /= likely.sum(axis=0)
+        near = [blurred(part, COMPANY_PX) for part in likely.astype(np.float32).reshape(places.shape)]
+        odds = COMPANY * np.stack(near).reshape(4, -1)
+        learn[0] = learn[1] * (LATER + (1 - LATER) * above.ravel())
     result: Image = likely.reshape(places.shape).astype(np.float32)
     return result
 
 
-def normalized(photo: Photo) -> Image:
+def lab_of(photo: Photo) -> Image:
+    """CIELAB (H, W, 3) of a photo, finer than whole numbers."""
+    return np.asarray(cv2.cvtColor(photo.rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB), np.float32)
+
+
+def normalized(lab: Image) -> Image:
     """Lightness and opponent colours (H, W, 3), as shares of the photo's own range of lightness, from 0 to 1."""
-    lab = cv2.cvtColor(photo.rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB)
     low, high = np.percentile(lab[..., 0], [1, 99])
     span = max(float(high - low), 10.0)
     light = (lab[..., 0] - low) / span
@@ -94,6 +119,15 @@ def _likelihood(cell: Index, colour: Index, where: Index, weight: Image) -> Floa
     mass = table.sum(axis=(2, 3, 4)).ravel()
     seen: Floats = (near[cell] + FAR * colours[colour]) / (mass[where] + FAR) + UNSEEN
     return seen
+
+
+def _by_texture(level: Levels, tells: Floats, weights: Floats) -> Floats:
+    """Log of how often each part shows the texture of each pixel (4, n), times what it ``tells`` (n,) there."""
+    count = np.stack([np.bincount(level, part * tells, LEVELS) for part in weights]) + 1
+    table = _spread(count, 1)
+    often = np.log(table / table.sum(axis=1, keepdims=True) + 0.01)
+    result: Floats = often[:, level] * tells
+    return result
 
 
 def _spread(table: Floats, axis: int) -> Floats:

@@ -12,11 +12,14 @@ from limner.vision.raster import Image, Mask, Shape, depth, dilated, filled
 HAIR_LEVELS, HAIR_THERE = (0.75, 0.9, 1.0, 1.15, 1.5, 2.2), (0.97, 0.8, 0.5, 0.3, 0.2, 0.05)
 """How far out of the head's ellipse, and how likely hair or a hat is there."""
 
-BODY_DEPTHS, BODY_THERE = (-0.3, 0.0, 0.2, 0.6), (0.0, 0.5, 0.93, 0.995)
+BODY_DEPTHS, BODY_THERE = (-0.9, -0.3, 0.0, 0.2, 0.6), (0.0, 0.12, 0.5, 0.93, 0.995)
 """How far below the usual line of neck and shoulders, and how likely the body is there."""
 
 FRINGE = 0.3
 """How likely hair falls into the forehead."""
+
+GROUND = 4.0
+"""Log odds of the background where its smooth ground was surely reached."""
 
 LEAST = 0.003
 """No part is quite impossible anywhere, but inside the face."""
@@ -48,6 +51,14 @@ def likely_places(face: Face, shape: Shape) -> Image:
     hair = np.maximum(around, falling)
     body = np.interp(below - _shoulders(aside), BODY_DEPTHS, BODY_THERE)
     return _shares(skin, hair, body)
+
+
+def with_ground(likely: Image, ground: Image) -> Image:
+    """The same (4, H, W) once it is known how surely (H, W) the ground was reached."""
+    surer = likely.copy()
+    surer[0] *= np.exp(GROUND * ground * np.maximum(1 - 2 * likely[3], 0))
+    result: Image = surer / surer.sum(axis=0)
+    return result
 
 
 def inside_face(face: Face, shape: Shape) -> Mask:
