@@ -78,8 +78,8 @@ def find_figure(photo: Photo, face: Face, settings: FigureSettings) -> Figure:
 
     Places around the face say first what is likely where, and where the ground runs on smoothly from the upper corners
     (``segment.ground``); each part and the background then learn their colours and textures and every pixel is judged
-    again (``segment.colours``); a minimum cut makes one mask of it (``segment.cut``), all on a small copy. The border is moved to the edges of the full picture by a guided filter (He, Sun & Tang 2013,
-    doi:10.1109/TPAMI.2012.213).
+    again (``segment.colours``); a minimum cut makes one mask of it (``segment.cut``), all on a small copy. The border
+    is moved to the edges of the full picture by a guided filter (He, Sun & Tang 2013, doi:10.1109/TPAMI.2012.213).
 
     Args:
         photo: at the working scale.

@@ -123,8 +123,8 @@ def _likelihood(cell: Index, colour: Index, where: Index, weight: Image) -> Floa
 
 def _by_texture(level: Levels, tells: Floats, weights: Floats) -> Floats:
     """Log of how often each part shows the texture of each pixel (4, n), times what it ``tells`` (n,) there."""
-    count = np.stack([np.bincount(level, part * tells, LEVELS) for part in weights]) + 1
-    table = _spread(count, 1)
+    count = np.stack([np.bincount(level, part * tells, LEVELS) for part in weights])
+    table = _spread(np.asarray(count + 1, np.float64), 1)
     often = np.log(table / table.sum(axis=1, keepdims=True) + 0.01)
     result: Floats = often[:, level] * tells
     return result

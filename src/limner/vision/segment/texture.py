@@ -1,4 +1,4 @@
-"""A photo goes in; how much its lightness changes over a few pixels comes out: hair and cloth have texture, walls none."""
+"""A photo goes in; how much its lightness changes over a few pixels comes out: much in hair, little on a wall."""
 
 from __future__ import annotations
 
@@ -37,4 +37,5 @@ def texture(photo: Photo, size: tuple[int, int], outer_eye_px: float) -> Levels:
     change = np.abs(light - blurred(light, COARSEST * outer_eye_px)) / np.float32(max(high - low, LEAST_RANGE))
     mean = blurred(resized(change, size, cv2.INTER_AREA), 1.0)
     level = np.log(mean / SMOOTHEST + 1e-6) / np.log(ROUGHEST / SMOOTHEST) * LEVELS
-    return np.clip(level, 0, LEVELS - 1).astype(np.int64)
+    levels: Levels = np.clip(level, 0, LEVELS - 1).astype(np.int64)
+    return levels
