@@ -1,4 +1,8 @@
 import dataclasses
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -161,6 +165,31 @@ def test_an_interrupted_training_ends_the_same(faces, scenes, trained, tmp_path)
     resumed = train(faces[:8], scenes, TINY, lambda what, *rest: seen.append(what), state)
     assert "restored" in seen
     assert "background" not in seen
+    assert pack_model(resumed.model) == pack_model(trained.model)
+
+
+TRAIN = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from test_fmp_training import TINY, of_samples, read_folder, textures, train
+faces = read_folder(Path(sys.argv[2]))[0]
+train(faces[:8], [*of_samples(faces[:6]), *textures(2, 0, 160)], TINY, state=Path(sys.argv[3]))
+"""
+
+
+@pytest.mark.slow
+def test_a_killed_training_ends_the_same(faces, scenes, trained, tmp_path):
+    """Killed as soon as its first state is there; a state is whole or not there at all."""
+    state, folder = tmp_path / "state.npz", faces[0].path.parent.parent
+    with subprocess.Popen([sys.executable, "-c", TRAIN, Path(__file__).parent, folder, state]) as process:
+        while not state.exists():
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.kill()
+    seen = []
+    resumed = train(faces[:8], scenes, TINY, lambda what, *rest: seen.append(what), state)
+    assert "restored" in seen
     assert pack_model(resumed.model) == pack_model(trained.model)
 
 

@@ -17,19 +17,26 @@ from plotters import counted
 DRAWING = of([[10, 10], [20, 10], [30, 10]], [[30, 10], [30, 20]], [[50, 50]], [[60, 60], [70, 70], [60, 60]])
 
 
+def killed(journal):
+    """As the system lets go of the file of a process that is killed."""
+    os.close(journal._file)
+
+
 def test_it_goes_on_where_it_ended(tmp_path):
     path = tmp_path / "j"
     journal = Journal(path, DRAWING, resume=False)
     assert (journal.place, journal.doubtful) == (Place(0), False)
     journal.begin(Place(0))
-    assert Journal(path, DRAWING, resume=True).doubtful
+    killed(journal)
+    journal = Journal(path, DRAWING, resume=True)
+    assert journal.doubtful
     journal.reached(Place(1, 0))
     journal.begin(Place(1))
     journal.reached(Place(3, 1))
     journal.close()
+    assert unfinished(path, DRAWING) == Place(3, 1)
     again = Journal(path, DRAWING, resume=True)
     assert (again.place, again.doubtful) == (Place(3, 1), False)
-    assert unfinished(path, DRAWING) == Place(3, 1)
     again.reached(Place(4))
     again.close()
     assert not path.exists(), "nothing is left to go on with"
@@ -45,6 +52,7 @@ def test_a_torn_line_is_as_if_never_written(tmp_path):
         states.append((path.stat().st_size, Place(stroke), True))
         journal.reached(Place(stroke + 1))
         states.append((path.stat().st_size, Place(stroke + 1), False))
+    killed(journal)
     data = path.read_bytes()
     for cut in range(len(data) + 1):
         path.write_bytes(data[:cut])
@@ -52,8 +60,10 @@ def test_a_torn_line_is_as_if_never_written(tmp_path):
         _, place, doubtful = max((s for s in states if s[0] <= cut), default=(0, Place(0), False))
         assert (got.place, got.doubtful) == (place, doubtful), cut
         got.begin(Place(2, 0))
-        assert Journal(path, DRAWING, resume=True).place == Place(2, 0), "what follows is read"
-        os.close(got._file)
+        killed(got)
+        after = Journal(path, DRAWING, resume=True)
+        assert after.place == Place(2, 0), "what follows is read"
+        killed(after)
 
 
 def test_every_line_is_on_the_disk_before_the_next_step(tmp_path, monkeypatch):

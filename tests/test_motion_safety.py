@@ -22,7 +22,7 @@ from limner.motion.arm.retime import RetimeSettings
 from limner.motion.arm.robots import load_robot
 from limner.pipeline import Settings
 from limner.simulation.outcome import simulate
-from limner.studio.jobs import Order
+from limner.studio.orders import Order
 from limner.targets import joints
 from limner.targets.journal import Journal
 from limner.targets.rosbridge import Rosbridge
@@ -286,3 +286,38 @@ def test_files_of_before_sheets_were_kept_are_read():
 def test_a_drawing_that_leaves_its_page_is_not_planned():
     with pytest.raises(CannotDraw, match="off its page"):
         planned(lines=([[10, 10], [47, 10]],))
+
+
+def svg(lines, page="148mm 210mm 148 210"):
+    width, height, w, h = page.split()
+    paths = "".join(f'<path d="{line}"/>' for line in lines)
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {w} {h}">{paths}</svg>'
+    )
+
+
+BEYOND = {
+    "larger than the machine": ("big.svg", svg(["M0 0L900 900"], "1000mm 1000mm 1000 1000"), CannotDraw),
+    "off its page": ("off.svg", svg(["M10 10L200 10"]), CannotDraw),
+    "G-code beyond the machine": ("far.gcode", "G21\nG90\nM3 S40\nG1 X900 Y900 F1000\nM3 S90\n", LimnerError),
+    "HP-GL beyond the machine": ("far.hpgl", "IN;SP1;PU0,0;PD32000,32000;PU;", CannotDraw),
+    "JSON with NaN": ("nan.json", None, BadInput),
+}
+
+
+@pytest.mark.parametrize("which", BEYOND)
+def test_a_drawing_beyond_the_machine_reaches_no_plotter(tmp_path, monkeypatch, which):
+    """By ``limner send`` and by the studio, to each kind of plotter."""
+    name, text, error = BEYOND[which]
+    if text is None:
+        fields = storage.to_fields(Drawing((np.zeros((2, 2)),), ("face",), np.ones(1)))
+        text = json.dumps(fields | {"lines_mm": [[[0.0, 0.0], [float("nan"), 1.0]]]})
+    (tmp_path / name).write_text(text)
+    opened = []
+    monkeypatch.setattr("limner.targets.connect.SerialLink", lambda *_: opened.append(1))
+    for to in ("grbl:/dev/null", "ebb:/dev/null", "fake:", "fake:ebb", "sim:"):
+        with pytest.raises(error):
+            jobs.plotter(str(tmp_path / name), to, None, False, 115_200, Settings())
+        with pytest.raises(error):
+            make(Order(to), str(tmp_path / name))
+    assert not opened

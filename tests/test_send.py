@@ -372,6 +372,7 @@ def test_interrupted_at_once_the_pen_goes_up(path):
             send(SMALL, target, journal, Control(), lambda *_: None)
         assert not fake.pen_down
         assert journal.doubtful
+        journal.close()
 
 
 def test_the_fakes_can_find_fault():

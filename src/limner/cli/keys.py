@@ -17,15 +17,21 @@ LOOK_S = 0.1
 
 @contextlib.contextmanager
 def interrupts(control: Control, tell: Callable[[str], None]) -> Iterator[None]:
-    """Ctrl-C and SIGTERM ask to stop with the pen up; a second one stops at once."""
+    """Ctrl-C, SIGTERM and a closed terminal ask to stop with the pen up; a second one stops at once."""
 
     def handle(number: int, frame: FrameType | None) -> None:
         if control.stop:
             raise KeyboardInterrupt
         control.stop = True
-        tell("stopping; Ctrl-C again: at once")
+        with contextlib.suppress(OSError):  # the terminal may be the one that was closed
+            tell("stopping; Ctrl-C again: at once")
 
-    before = {which: signal.signal(which, handle) for which in (signal.SIGINT, signal.SIGTERM)}
+    asked = [signal.SIGINT, signal.SIGTERM]
+    hang_up = getattr(signal, "SIGHUP", None)
+    # Who started it with nohup wants it to go on.
+    if hang_up is not None and signal.getsignal(hang_up) is not signal.SIG_IGN:
+        asked.append(hang_up)
+    before = {which: signal.signal(which, handle) for which in asked}
     try:
         yield
     finally:

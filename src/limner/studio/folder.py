@@ -16,8 +16,9 @@ def own_folder() -> Path:
 
     It lies in ``$XDG_STATE_HOME``, else ``~/.local/state`` (XDG Base Directory Specification).
     """
-    base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "limner" / "studio"
-    with contextlib.suppress(OSError):
+    # RuntimeError: nobody knows where this user is at home.
+    with contextlib.suppress(OSError, RuntimeError):
+        base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "limner" / "studio"
         base.mkdir(mode=0o700, parents=True, exist_ok=True)
         if _locked(base / "lock"):
             return base

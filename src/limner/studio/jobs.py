@@ -20,7 +20,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from limner.errors import LimnerError
+from limner.errors import BadInput, LimnerError
 from limner.studio.orders import BUSY, COMMANDS, Made, Make, Order, Status, WrongState
 from limner.studio.shelf import DRAWING, JOURNAL, ORDER, PLAN, Shelf
 from limner.studio.visitors import Visitor
@@ -97,10 +97,13 @@ class Jobs:
         return await asyncio.to_thread(self._tried, order, data)
 
     def _tried(self, order: Order, data: bytes) -> Made:
-        with tempfile.TemporaryDirectory(prefix="limner-") as folder:
-            path = Path(folder) / DRAWING
-            path.write_bytes(data)
-            return self._make(order, str(path))
+        try:
+            with tempfile.TemporaryDirectory(prefix="limner-") as folder:
+                path = Path(folder) / DRAWING
+                path.write_bytes(data)
+                return self._make(order, str(path))
+        except OSError as error:
+            raise BadInput(f"{tempfile.gettempdir()}: cannot be written ({error.strerror or error})") from error
 
     def pause(self) -> None:
         """Pause at the next lift of the pen."""
@@ -178,6 +181,9 @@ class Jobs:
 
         try:
             made = self._make(order, str(self._shelf.folder / DRAWING))
+            # Written before the machine moves: without it a job that is killed cannot be gone on with.
+            plan = [made.name, float(made.seconds), [float(value) for value in made.begins_s]]
+            self._shelf.write(PLAN, json.dumps(plan).encode())
             path = self._shelf.folder / JOURNAL
             journal = Journal(path, made.drawing, resume=resume and path.exists())
             self._post(self._known, made, journal.place.stroke)
@@ -203,7 +209,6 @@ class Jobs:
         self.status = dataclasses.replace(
             self.status, name=made.name, strokes=len(self._begins_s), seconds=made.seconds, left_s=made.seconds
         )
-        self._shelf.write(PLAN, json.dumps([made.name, made.seconds, self._begins_s]).encode())
         self._place(stroke)
         self._shared = self.status.share
         self._tell()

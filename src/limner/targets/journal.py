@@ -63,7 +63,8 @@ class Journal:
             resume: go on with what is there; otherwise begin anew.
 
         Raises:
-            BadInput: nothing to go on with, one of another drawing, damaged, or it cannot be written.
+            BadInput: nothing to go on with, one of another drawing, damaged, it cannot be written, or another process
+                draws by it.
         """
         self.path = Path(path)
         self.place, self.doubtful = Place(0), False
@@ -73,6 +74,7 @@ class Journal:
             good = self._read() if resume else b""
             flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
             self._file = os.open(self.path, flags, 0o666)
+            self._hold()
             os.ftruncate(self._file, len(good))
             if not good:
                 self._append(self._name)
@@ -96,6 +98,26 @@ class Journal:
         if self.place.stroke == self._strokes or (self.place == Place(0) and not self.doubtful):
             with contextlib.suppress(OSError):
                 os.unlink(self.path)
+
+    def _hold(self) -> None:
+        """Keep other processes from drawing by this journal, until it is closed or this process ends, however it does.
+
+        Raises:
+            BadInput: one does.
+        """
+        try:
+            import fcntl
+        except ImportError:  # Windows lets nobody remove a file that is open, which has to do
+            return
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            os.close(self._file)
+            raise BadInput(
+                f"{self.path}: another limner draws by this journal; wait for its end, or choose another --journal"
+            ) from error
+        except OSError:  # a network file system without locks: better no lock than no drawing
+            return
 
     def _append(self, text: str) -> None:
         data = _checked(text)
