@@ -25,11 +25,11 @@ def main() -> int:
     parser.add_argument("--time", type=int, default=60, help="seconds for each (default 60)")
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
+    if given.one:
+        _fuzz(given.names[0], given.time)
     known = harnesses()
     if unknown := [name for name in given.names if name not in known]:
         parser.error(f"no harness {unknown[0]!r}; choose from {', '.join(known)}")
-    if given.one:
-        _fuzz(given.names[0], given.time)
     failed = []
     for name in given.names or known:
         (BUILD / name / "found").mkdir(parents=True, exist_ok=True)
@@ -37,8 +37,8 @@ def main() -> int:
         with open(BUILD / name / "log", "wb") as log:
             done = subprocess.run(command, stdout=log, stderr=log, check=False)
         text = (BUILD / name / "log").read_text("utf-8", "replace")
-        runs = [line.split()[0] for line in text.splitlines() if line.startswith("#")] or ["#0"]
-        print(f"{name}: {runs[-1][1:]} executions{', BROKEN: see ' + str(BUILD / name) if done.returncode else ''}")
+        runs = [line.split()[-1] for line in text.splitlines() if line.startswith("stat::number_of_executed")] or ["no"]
+        print(f"{name}: {runs[-1]} executions{', BROKEN: see ' + str(BUILD / name) if done.returncode else ''}")
         failed += [name] if done.returncode else []
     return 1 if failed else 0
 
@@ -48,13 +48,13 @@ def _fuzz(name: str, seconds: int) -> None:
 
     import atheris
 
-    from fuzz.contract import check
-    from fuzz.mutate import mutated
-
     with atheris.instrument_imports(include=_INSTRUMENTED):
         for module in [module for module in sys.modules if module.split(".")[0] in ("limner", "fuzz")]:
             if module not in ("fuzz", "fuzz.__main__"):
                 del sys.modules[module]
+        from fuzz.contract import check
+        from fuzz.mutate import mutated
+
         reader = harnesses()[name]
 
     def changed(data: bytes, most: int, seed: int) -> bytes:

@@ -23,6 +23,8 @@ PAGES_MM = {
 }
 """Width and height of each named page, upright (ISO 216, ANSI A)."""
 
+_LONGEST = 100  # characters: what is longer takes a pattern's time squared
+
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d{1,3})?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*([a-z]*)")
 _SIDES = re.compile(rf"({_NUMBER}\s*[a-z]*?)\s*[x\u00d7]\s*({_NUMBER})\s*([a-z]*)")
@@ -57,6 +59,8 @@ def parse_page(text: str, margin_mm: float = 10.0) -> Page:
     Raises:
         BadInput: no such page, or sides and margin outside the limits of ``Page``.
     """
+    if len(text) > _LONGEST:
+        raise BadInput(f"page: {text:.40}... is longer than any page's name; choose {', '.join(PAGES_MM)} or sides")
     what, colon, turn = text.strip().lower().partition(":")
     width_mm, height_mm = PAGES_MM.get(what.strip()) or _sides_mm(what.strip(), text)
     if colon and turn.strip() not in ("portrait", "landscape"):
