@@ -47,10 +47,12 @@ def ebb(silence_s=SILENCE_S, page=None, **kind):
 
 
 def counted(lines):
-    """How often the pen goes over each segment, and each dot, to a thousandth of a millimetre."""
+    """How often the pen goes over each segment, and each dot, to a thousandth of a millimetre, as it is written."""
     found = Counter()
     for line in lines:
-        line = np.round(geometry.without_repeats(np.asarray(line, float)), 3)
+        # As a decimal is written, not as numpy rounds: 0.0005 is told as 0.001, which is a way to go.
+        written = [[float(f"{value:.3f}") for value in point] for point in np.asarray(line, float)]
+        line = geometry.without_repeats(np.array(written).reshape(-1, 2))
         pairs = list(zip(line[:-1].tolist(), line[1:].tolist(), strict=True)) or [(line[0].tolist(), line[0].tolist())]
         found.update(tuple(sorted((tuple(a), tuple(b)))) for a, b in pairs)
     return found

@@ -51,7 +51,7 @@ def folder(tmp_path_factory):
                 main()
             assert exit_.value.code == 0, line
     assert isinstance(fake, FakeRosbridge)
-    assert (fake.breaches, len(fake.done)) == ([], 5), "there, three strokes, and back"
+    assert (fake.breaches, len(fake.done)) == ([], 2 + len(drawing().lines_mm)), "there, every stroke, and back"
     return folder
 
 
@@ -72,7 +72,7 @@ def test_the_python_block_groups_the_strokes(folder, monkeypatch):
     names = {}
     with redirect_stdout(said):
         exec(compile(code, "moveit.md", "exec"), names)
-    assert said.getvalue() == "arm_base_link 3 strokes\n"
+    assert said.getvalue() == "arm_base_link 4 strokes\n"
     assert sum(len(poses) for _, poses in names["strokes"]) == len(names["told"]["waypoints"])
 
 

@@ -267,7 +267,7 @@ def test_part_of_a_drawing_from_anywhere_to_anywhere():
 def test_two_hundred_thousand_strokes():
     rng = np.random.default_rng(0)
     lines = rng.uniform(10, 130, (200_000, 1, 2)) + np.array([[0, 0], [1, 1]])
-    drawing = Drawing(tuple(lines), ("face",) * 200_000, np.ones(200_000), Page(), of().pen)
+    drawing = Drawing(tuple(lines), ("face",) * 200_000, np.ones(200_000), Page(), of().pens)
     assert plan(drawing, load_machine("axidraw")).t_s[-1] == pytest.approx(seconds(drawing, load_machine("axidraw")))
 
 
@@ -312,7 +312,7 @@ def test_what_does_not_fit_is_told_with_the_scale_that_does():
 
 
 def test_a_page_taller_than_the_area_is_measured_from_its_home_corner():
-    tall = Drawing((np.array([[0, 250], [10, 290.0]]),), ("face",), [1.0], Page(210, 297), of().pen)
+    tall = Drawing((np.array([[0, 250], [10, 290.0]]),), ("face",), [1.0], Page(210, 297), of().pens)
     check_area(tall, load_machine("axidraw"))
     with pytest.raises(CannotDraw):
         check_area(tall, dataclasses.replace(load_machine("axidraw"), home="lower-left"))

@@ -169,7 +169,7 @@ def test_a_smooth_line_keeps_the_budget_and_does_not_cross_itself(session):
     assert LineString(drawing.lines_mm[0]).is_simple
 
 
-@pytest.mark.parametrize(("style", "minutes"), [("stipple", 0.5), ("one-line", 0.2)])
+@pytest.mark.parametrize(("style", "minutes"), [("stipple", 0.5), ("one-line", 0.5)])
 def test_minutes_are_kept_and_used(session, style, minutes):
     drawing = drawn(session, style=style, minutes=minutes).drawing
     assert 0.9 * 60 * minutes < costs(drawing, load_machine("axidraw")).seconds <= 60 * minutes

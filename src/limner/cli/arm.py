@@ -65,7 +65,7 @@ def plan(
     found = read_calibration(calibration) if calibration else None
     drawn = read_drawing(drawing)
     planned = plan_arm(drawn, arm, settings.arm, found[0] if found else None)
-    report = planned.report() | (found[1] if found else {})
+    report = planned.report() | {"pens": len(np.unique(drawn.layer))} | (found[1] if found else {})
     tips = tip_poses(planned)
     for file in out:
         if Path(file).suffix.lower() == urscript.SUFFIX:
@@ -153,6 +153,11 @@ def _lines(report: dict[str, Any]) -> list[str]:
         f" their limits, use {100 * report['velocity_used']:.0f} % of their speed and"
         f" {100 * report['acceleration_used']:.0f} % of their acceleration",
     ]
+    if report["pens"] > 1:
+        lines.append(
+            f"the drawing has {report['pens']} pens and the arm holds one: everything is drawn with it;"
+            " for colours plan a drawing of each pen by itself"
+        )
     if "tilt_deg" in report:
         lines.append(
             f"probed: {report['probed_used']} of {report['probed']} points fit a plane to"

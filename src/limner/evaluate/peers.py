@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import tempfile
 import time
@@ -16,7 +15,7 @@ import numpy as np
 from limner import pipeline
 from limner.drawing.compose import ComposeSettings, compose, page_from_photo
 from limner.drawing.measure import measure
-from limner.evaluate.strokes import through_vpype
+from limner.evaluate.strokes import through_vpype, vpype_program
 from limner.targets.svg_read import read_svg
 from limner.types import Drawing, Face, Floats, Page, Pen, Photo, Strokes
 from limner.vision.likeness.model import shipped_likeness
@@ -56,9 +55,9 @@ def peers(photo: Photo) -> Iterator[Peer]:
     start = time.perf_counter()
     portrait = pipeline.draw(photo)
     yield _peer("limner", time.perf_counter() - start, portrait.drawing, portrait.likeness)
-    if shutil.which("vpype"):
+    if program := vpype_program():
         yield _canny(photo, portrait.face)
-        yield from _hatched(photo)
+        yield from _hatched(photo, program)
 
 
 def _canny(photo: Photo, face: Face) -> Peer:
@@ -89,13 +88,13 @@ def canny_contours(photo: Photo) -> Strokes:
     return Strokes(lines, ("face",) * len(lines), np.ones(len(lines)), photo.size_px)
 
 
-def _hatched(photo: Photo) -> Iterator[Peer]:
+def _hatched(photo: Photo, program: str) -> Iterator[Peer]:
     """The plug-in ``hatched``, which shades whole pictures, where vpype has it."""
     with tempfile.TemporaryDirectory() as folder:
         given, made = Path(folder) / "photo.png", Path(folder) / "made.svg"
         cv2.imwrite(str(given), photo.rgb[..., ::-1])
         start = time.perf_counter()
-        command = ["vpype", "hatched", str(given), "linemerge", "linesort", "write", "--page-size", "a5", str(made)]
+        command = [program, "hatched", str(given), "linemerge", "linesort", "write", "--page-size", "a5", str(made)]
         if subprocess.run(command, capture_output=True).returncode == 0:
             yield _peer("vpype hatched linemerge linesort", time.perf_counter() - start, read_svg(made), None)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
@@ -51,7 +52,7 @@ def measure_strokes(
         best = OrderedRow.of(ordered).settled(home, home, kicks * len(strokes.lines_mm), seed=1).travel_mm()
         yield Row(f"travel, {name}, x of the best known", found / best, "", 1.03)
         yield Row(f"time for it, {name}", seconds, "s", 2.0)
-        if shutil.which("vpype"):
+        if vpype_program():
             yield Row(f"travel, {name}, x of {_VPYPE}", found / vpype_travel_mm(strokes), "", 0.85)
     yield from _curve_rows("portrait", drawing.lines_mm)
     yield from _curve_rows("smooth lines", [swing(seed) for seed in range(smooth)])
@@ -76,6 +77,11 @@ def swing(seed: int) -> Floats:
     return np.stack([place.real, place.imag], axis=1)
 
 
+def vpype_program() -> str | None:
+    """Where vpype's command is: beside this Python, or wherever the shell finds it; None if it is not installed."""
+    return shutil.which("vpype", path=str(Path(sys.executable).parent)) or shutil.which("vpype")
+
+
 def vpype_travel_mm(drawing: Drawing) -> float:
     """What vpype's usual commands leave of the travel; the command must be installed."""
     return measure(through_vpype(drawing)).travel_mm
@@ -86,7 +92,7 @@ def through_vpype(drawing: Drawing) -> Drawing:
     with tempfile.TemporaryDirectory() as folder:
         given, sorted_ = Path(folder) / "given.svg", Path(folder) / "sorted.svg"
         given.write_bytes(to_svg(drawing))
-        command = ["vpype", "read", "--quantization", "0.001mm", str(given), "linemerge", "linesort", "write"]
+        command = [vpype_program() or "vpype", "read", "--quantization", "0.001mm", str(given), "linemerge", "linesort", "write"]
         subprocess.run([*command, str(sorted_)], check=True, capture_output=True)
         return read_svg(sorted_)
 
