@@ -11,7 +11,7 @@ from limner.evaluate.strokes import measure_strokes, scattered, swing
 
 
 def test_every_row_has_its_figure(monkeypatch):
-    monkeypatch.setattr(strokes.shutil, "which", lambda name: None)
+    monkeypatch.setattr(strokes, "vpype_program", lambda: None)
     rows = {row.name: row for row in measure_strokes(scattered(12, seed=3), counts=(20,), kicks=5, smooth=2)}
     assert len(rows) == 8
     assert 1 <= rows["travel, 20 scattered strokes, x of the best known"].value < 1.2
@@ -21,7 +21,7 @@ def test_every_row_has_its_figure(monkeypatch):
 
 
 def test_vpype_is_compared_where_it_is_installed(monkeypatch):
-    monkeypatch.setattr(strokes.shutil, "which", lambda name: "/somewhere/vpype")
+    monkeypatch.setattr(strokes, "vpype_program", lambda: "/somewhere/vpype")
     monkeypatch.setattr(strokes, "vpype_travel_mm", lambda drawing: 2 * measure(drawing).travel_mm)
     rows = {row.name: row.value for row in measure_strokes(scattered(12), counts=(), kicks=1, smooth=1)}
     ordered = measure(order(scattered(12), OrderSettings())).travel_mm

@@ -92,7 +92,8 @@ def through_vpype(drawing: Drawing) -> Drawing:
     with tempfile.TemporaryDirectory() as folder:
         given, sorted_ = Path(folder) / "given.svg", Path(folder) / "sorted.svg"
         given.write_bytes(to_svg(drawing))
-        command = [vpype_program() or "vpype", "read", "--quantization", "0.001mm", str(given), "linemerge", "linesort", "write"]
+        program = vpype_program() or "vpype"
+        command = [program, "read", "--quantization", "0.001mm", str(given), "linemerge", "linesort", "write"]
         subprocess.run([*command, str(sorted_)], check=True, capture_output=True)
         return read_svg(sorted_)
 
