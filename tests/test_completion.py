@@ -99,7 +99,9 @@ def test_a_drawing_keeps_its_strokes_and_gains_the_jaw(style):
     photo, face = astronaut()
     before = draw_lines(photo, face, style, LineSettings())
     after = draw_lines(photo, face, style, LineSettings(complete="jaw"))
-    assert {line.tobytes() for line in before.lines_px} <= {line.tobytes() for line in after.lines_px}
+    # A stroke may go on along the jaw where it ends there, either way round.
+    drawn = [turned.tobytes() for line in after.lines_px for turned in (line, line[::-1])]
+    assert all(any(line.tobytes() in longer for longer in drawn) for line in before.lines_px)
     jaw = natural_spline(face.points_px[:17]).line(1.0)
     covered = [np.mean(away(jaw, ink(s.lines_px)) < 0.1 * face.outer_eye_px) for s in (before, after)]
     assert covered[0] <= covered[1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -20,6 +21,7 @@ RATE_HZ = 50
 """How often joints are reported."""
 
 _ARRIVED_RAD = 1e-3
+_SETTLE_S = 0.1
 
 
 def motion_message(motion: JointTrajectory) -> Any:
@@ -76,6 +78,7 @@ class TopicLink:
         self._feed = feed
         self._publisher = ros().rospy.Publisher(self.name, ros().trajectory.JointTrajectory, queue_size=1)
         self._end: Floats | None = None
+        self._due_s = 0.0
 
     def open(self) -> None:
         """See that somebody listens.
@@ -91,12 +94,16 @@ class TopicLink:
 
     def send(self, motion: JointTrajectory) -> None:
         """Publish a motion."""
-        self._end = motion.q[-1]
+        self._end, self._due_s = motion.q[-1], time.monotonic() + float(motion.t_s[-1]) + _SETTLE_S
         self._publisher.publish(motion_message(motion))
 
     def ended(self) -> str | None:
-        """None until the joints are where the motion ends."""
-        there = self._end is not None and abs(self._feed.q() - self._end).max() < _ARRIVED_RAD
+        """None until the motion has had its time and the joints are where it ends: a closed stroke ends where it begins."""
+        there = (
+            self._end is not None
+            and time.monotonic() >= self._due_s
+            and abs(self._feed.q() - self._end).max() < _ARRIVED_RAD
+        )
         return "" if there else None
 
     def cancel(self) -> None:
