@@ -98,13 +98,10 @@ class TopicLink:
         self._publisher.publish(motion_message(motion))
 
     def ended(self) -> str | None:
-        """None until the motion has had its time and the joints are where it ends: a closed stroke ends where it begins."""
-        there = (
-            self._end is not None
-            and time.monotonic() >= self._due_s
-            and abs(self._feed.q() - self._end).max() < _ARRIVED_RAD
-        )
-        return "" if there else None
+        """None until its time is over and the joints are where it ends: a closed stroke is there from the first."""
+        if self._end is None or time.monotonic() < self._due_s:
+            return None
+        return "" if abs(self._feed.q() - self._end).max() < _ARRIVED_RAD else None
 
     def cancel(self) -> None:
         """An empty trajectory has a controller hold where it is."""
