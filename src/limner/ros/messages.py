@@ -53,9 +53,11 @@ def to_stroke(path: Any, page: Page) -> Floats:
     """The stroke (n, 2) [mm] in a nav_msgs/Path.
 
     Raises:
-        BadInput: another frame, a place that is not finite, off the page or above it.
+        BadInput: another frame, no place, one that is not finite, off the page or above it.
     """
     check_frame("drawing", path.header.frame_id)
+    if not path.poses:
+        raise BadInput("drawing: a path without a place; expected one or more")
     places = np.array([[p.pose.position.x, p.pose.position.y, p.pose.position.z] for p in path.poses])
     if not np.isfinite(places).all():
         raise BadInput("drawing: a place is NaN or infinite; expected metres on the sheet")

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 MAX_PIECES = 20_000
 """A single curve that would need more straight pieces is refused."""
 
+_LARGEST = 1e100
+
 
 def flatten(path: Path, tolerance: float) -> Iterator[Floats]:
     """The subpaths of an SVG path as polylines (n, 2), closed ones with the last point = the first.
@@ -53,9 +55,11 @@ def _drawn(line: list[Floats]) -> Iterator[Floats]:
 
 
 def _xy(points: list[Any]) -> Floats:
+    if any(point is None for point in points):
+        raise BadInput("a path lacks a coordinate")
     xy = np.array([(point.x, point.y) for point in points], dtype=np.float64)
-    if not np.isfinite(xy).all():
-        raise BadInput("a path has a coordinate that is no finite number")
+    if not (np.abs(xy) < _LARGEST).all():
+        raise BadInput("a path has a coordinate that is no finite number, or absurdly large")
     return xy
 
 

@@ -23,7 +23,7 @@ from limner.targets.svg_guard import MAX_BYTES, check_svg
 from limner.types import REGIONS, Drawing, Floats, Page, Pen
 
 if TYPE_CHECKING:
-    from svgelements import SVG, Shape
+    from svgelements import SVG, Path, Shape
 
 TOLERANCE_MM = 0.05
 """No curve is farther than this from the straight pieces it becomes."""
@@ -151,18 +151,31 @@ def _parse(data: bytes, name: str) -> SVG:
 
 def _strokes(root: SVG, mm_per_px: float) -> Iterator[tuple[Floats, Shape]]:
     """Each subpath [mm, y down] with the shape that it belongs to."""
-    from svgelements import Path, Shape
+    from svgelements import Shape
 
     points = 0
     for shape in root.elements(lambda element: isinstance(element, Shape)):
         if not _visible(shape):
             continue
-        for subpath in flatten(Path(shape), TOLERANCE_MM / mm_per_px):
+        for subpath in flatten(_path(shape), TOLERANCE_MM / mm_per_px):
             line = geometry.without_repeats(_rounded(subpath * mm_per_px))
             points += len(line)
             if points > MAX_POINTS:
                 raise BadInput(f"more than {MAX_POINTS} points; simplify it")
             yield line, shape
+
+
+def _path(shape: Shape) -> Path:
+    from svgelements import Path
+
+    # Here too the library raises whatever type a length in a unit that means nothing leads it to.
+    try:
+        return Path(shape)
+    except Exception as error:
+        kind = type(shape).__name__.lower()
+        raise BadInput(
+            f"a {kind} cannot be understood ({' '.join(str(error).split())[:120]}); give its lengths in mm"
+        ) from error
 
 
 def _visible(shape: Shape) -> bool:
