@@ -117,7 +117,7 @@ def from_fields(kind: type[T], fields: Any) -> T:
     given = dict(fields)
     if kind is Drawing and "pen" in given:  # as drawings of one pen were once stored
         given["pens"] = [given.pop("pen")]
-    if isinstance(given.get("page"), Mapping):
+    if "page" in given:
         given["page"] = from_fields(Page, given["page"])
     if isinstance(given.get("pens"), list):
         given["pens"] = tuple(from_fields(Pen, pen) for pen in given["pens"])
