@@ -51,9 +51,14 @@ def depth(outline_px: Floats, shape: Shape, reach: float) -> Image:
 
 
 def distance_to_zero(mask: NDArray[np.uint8]) -> Image:
-    """Euclidean distance (H, W) [px] to the nearest zero of a picture of zeros and ones; thousands if it has none."""
-    distance = np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
-    return np.minimum(distance, np.float32(FARTHEST_PX))
+    """Euclidean distance (H, W) [px] to the nearest zero of a picture of zeros and ones; thousands if it has none.
+
+    OpenCV's last bit depends on how many threads took part, which is chance where another thread uses OpenCV too. The
+    squares are whole numbers, so their roots are taken anew.
+    """
+    distance = np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float64)
+    exact: Image = np.sqrt(np.rint(np.minimum(distance, FARTHEST_PX) ** 2)).astype(np.float32)
+    return exact
 
 
 def pieces(mask: Mask) -> tuple[int, Labels]:
