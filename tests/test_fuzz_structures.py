@@ -9,7 +9,7 @@ import fuzz
 import numpy as np
 import pytest
 from fuzz import contract
-from hypothesis import HealthCheck, given, settings, strategies as st
+from hypothesis import HealthCheck, example, given, settings, strategies as st
 
 from drawings import drawings
 from limner import storage
@@ -188,7 +188,11 @@ def test_ros_images(encoding, width, height, step, data):
         assert photo is None or photo.size_px == (width, height)
 
 
+far_off = Message(pose=Message(position=Message(x=0.0, y=1.8e305, z=0.0)))
+
+
 @FEW
+@example(Message(frame_id="paper"), [far_off])
 @given(header, st.lists(places | near, max_size=5))
 def test_ros_paths(head, poses):
     stroke = refused_or(to_stroke, Message(header=head, poses=poses), Page())

@@ -63,13 +63,14 @@ def to_stroke(path: Any, page: Page) -> Floats:
         raise BadInput("drawing: a place is NaN or infinite; expected metres on the sheet")
     if np.abs(places[:, 2]).max() > _FLAT_M:
         raise BadInput(f"drawing: a place is {places[np.abs(places[:, 2]).argmax(), 2]:g} m off the sheet, expected 0")
-    stroke: Floats = 1000 * places[:, :2]
-    if (stroke < 0).any() or (stroke > (page.width_mm, page.height_mm)).any():
-        low, high = stroke.min(0), stroke.max(0)
+    low_m, high_m = places[:, :2].min(0), places[:, :2].max(0)
+    # Compared in metres: the millimetres of what is far off may be more than a number holds.
+    if low_m.min() < 0 or (high_m > np.array([page.width_mm, page.height_mm]) / 1000).any():
         raise BadInput(
-            f"drawing: a stroke from ({low[0]:.0f}, {low[1]:.0f}) to ({high[0]:.0f}, {high[1]:.0f}) mm leaves the page"
-            f" of {page.width_mm:g} x {page.height_mm:g} mm; places are in metres"
+            f"drawing: a stroke from ({low_m[0]:.4g}, {low_m[1]:.4g}) to ({high_m[0]:.4g}, {high_m[1]:.4g}) m leaves"
+            f" the page of {page.width_mm / 1000:g} x {page.height_mm / 1000:g} m; places are in metres"
         )
+    stroke: Floats = 1000 * places[:, :2]
     return stroke
 
 
