@@ -40,7 +40,8 @@ class Desk:
         self.world.limner("controller", "_speed:=4", *arguments)
 
     def node(self, *arguments):
-        self.world.limner("node", f"_journal:={self.world.folder}/j", *arguments)
+        # A busy machine keeps an arm silent for longer than one that draws may be.
+        self.world.limner("node", f"_journal:={self.world.folder}/j", "_silence:=3", *arguments)
 
     def ready(self):
         return min(self.probe("connected")) > 0 and self.probe("count", topic="joint_states") > 0
@@ -141,9 +142,14 @@ def world(tmp_path_factory):
 
 @pytest.fixture
 def desk(world):
-    """The one of the module; a test that fails leaves no arm that draws."""
+    """The one of the module; a test that fails leaves no arm that draws, and tells what its programs said."""
+    before = {name: len(world.world.said(name)) for name in ("node", "controller")}
+    said = len(world.statuses())
     yield world
     world.call("stop")
+    print(*world.statuses()[said:], sep="\n")
+    for name, length in before.items():
+        print(f"-- {name}", world.world.said(name)[length:], sep="\n")
 
 
 def test_distances():

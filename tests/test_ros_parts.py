@@ -20,7 +20,7 @@ from limner.motion.arm.plan import plan_arm
 from limner.motion.arm.retime import RetimeSettings, move
 from limner.motion.arm.robots import ROBOTS, load_robot
 from limner.pipeline import Settings
-from limner.ros import messages, parameters
+from limner.ros import master, messages, parameters
 from limner.ros.action import definitions
 from limner.ros.arm import RosArm
 from limner.ros.desk import Desk
@@ -370,6 +370,68 @@ def test_parameters_become_settings():
     for wrong in ({"target": "x"}, {"tf": "x"}, {"robot": "x"}):
         with pytest.raises(BadInput, match="choose"):
             parameters.fixed(wrong)
+    assert parameters.fixed({"silence": 5})[0].silence_s == 5
+    for wrong in (0, -1, 61, "5", True, float("nan")):
+        with pytest.raises(BadInput, match=r"~silence = .* expected 0\.1 to 60 seconds"):
+            parameters.fixed({"silence": wrong})
+
+
+@pytest.mark.parametrize("place", [(0.05, 1.8e305), (50, 50), (-0.001, 0.05), (0.05, 0.2101)])
+def test_a_path_that_leaves_the_page(place):
+    path = SimpleNamespace(header=SimpleNamespace(frame_id="paper"), poses=[pose(*place)])
+    with pytest.raises(BadInput, match=r"leaves the page of 0\.148 x 0\.21 m"):
+        messages.to_stroke(path, PAGE)
+
+
+def test_a_path_to_the_corner_of_the_page():
+    path = SimpleNamespace(header=SimpleNamespace(frame_id="paper"), poses=[pose(0, 0), pose(0.148, 0.21)])
+    assert np.allclose(messages.to_stroke(path, PAGE), [[0, 0], [148, 210]])
+
+
+def pose(x, y):
+    return SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=x, y=y, z=0.0)))
+
+
+class Master:
+    """Forgets everybody from time to time, and breaks off; a node is known from its first topic on."""
+
+    def __init__(self):
+        self.topics, self.breaks = [], 0
+
+    def lookupNode(self, name, other):  # noqa: N802  (the master's own names)
+        return (1, "", "http://node") if self.topics else (-1, "", "")
+
+    def registerPublisher(self, name, topic, kind, uri):  # noqa: N802
+        if self.topics and self.breaks:
+            self.breaks -= 1
+            raise ConnectionResetError("the master is restarted once more")
+        self.topics.append(topic)
+        return 1, "", []
+
+
+def test_a_node_is_registered_whole_after_the_master_broke_off(monkeypatch):
+    broken, told = Master(), []
+    broken.breaks = 2
+    rounds = iter(range(8))
+    rospy = SimpleNamespace(
+        is_shutdown=lambda: next(rounds, None) is None,
+        get_name=lambda: "limner",
+        get_node_uri=lambda: "http://node",
+        topics=SimpleNamespace(
+            get_topic_manager=lambda: SimpleNamespace(
+                get_publications=lambda: [("ink", ""), ("status", ""), ("path", "")], get_subscriptions=list
+            )
+        ),
+        impl=SimpleNamespace(
+            registration=SimpleNamespace(get_service_manager=lambda: SimpleNamespace(get_services=list))
+        ),
+    )
+    monkeypatch.setattr(master, "ros", lambda: SimpleNamespace(rospy=rospy))
+    monkeypatch.setattr(master, "_master", lambda: broken)
+    monkeypatch.setattr(master, "LOOK_S", 0)
+    master._watch(told.append)
+    assert set(broken.topics) == {"ink", "status", "path"}
+    assert told[-1] == "the ROS master is back; registered with it again"
 
 
 def test_the_desk_takes_strokes_one_by_one(bench):

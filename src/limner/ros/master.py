@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import http.client
 import threading
 import time
 import xmlrpc.client
@@ -11,6 +12,7 @@ from typing import Any
 from limner.ros.middleware import ros
 
 LOOK_S = 1.0
+_ROUNDS = 2
 
 
 def keep_registered(told: Callable[[str], None]) -> None:
@@ -23,14 +25,18 @@ def keep_registered(told: Callable[[str], None]) -> None:
 
 
 def _watch(told: Callable[[str], None]) -> None:
-    away = False
+    away, rounds = False, 0
     while not ros().rospy.is_shutdown():
         time.sleep(LOOK_S)
         try:
             known = _known()
-            if not known and not ros().rospy.is_shutdown():
+            # Twice: a list of publishers that is older than the master's own last word undoes it, and the first name
+            # that is registered makes a node known whose others are not.
+            rounds = rounds if known else _ROUNDS
+            if rounds and not ros().rospy.is_shutdown():
                 _register()
-        except OSError:
+                rounds -= 1
+        except (OSError, http.client.HTTPException, xmlrpc.client.Error):
             if not away:
                 told("the ROS master is gone; what is connected goes on, nobody new finds us")
             away = True

@@ -51,7 +51,7 @@ class Node:
         r = ros()
         self._given = self._parameters()
         self._fixed, self._robot = parameters.fixed(self._given)
-        self._feed = JointFeed(self._robot.joints)
+        self._feed = JointFeed(self._robot.joints, self._fixed.silence_s)
         self._link = self._linked()
         self._desk = Desk(self._arm, self._fixed.journal, self)
         self._trail: InkTrail | None = None

@@ -13,6 +13,7 @@ from limner.errors import BadInput
 from limner.motion.arm.robot import Robot
 from limner.motion.arm.robots import load_robot
 from limner.pipeline import Settings, changed
+from limner.ros.feed import SILENCE_S
 from limner.settings import read_toml
 
 TARGETS = ("action", "command", "none")
@@ -21,8 +22,10 @@ TARGETS = ("action", "command", "none")
 TREES = ("chain", "paper")
 """Transforms that the node sends: base_link to pen_tip, or the sheet where a robot_state_publisher has the rest."""
 
+_SILENCES_S = (0.1, 60.0)
+
 _SHORT = {"style": "style", "page": "page", "points": "points", "minutes": "minutes", "place": "arm.place.at"}
-_NAMES = ("photo", "drawing", "robot", "settings", "target", "controller", "auto", "journal", "tf", *_SHORT)
+_NAMES = ("photo", "drawing", "robot", "settings", "target", "controller", "auto", "journal", "silence", "tf", *_SHORT)
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,7 @@ class Fixed:
         target: one of ``TARGETS``.
         tf: one of ``TREES``.
         journal: file that says what is drawn.
+        silence_s: an arm that is not heard of for so long is lost sight of.
     """
 
     robot: str
@@ -42,6 +46,7 @@ class Fixed:
     target: str
     tf: str
     journal: Path
+    silence_s: float
 
 
 def settings(given: dict[str, Any]) -> Settings:
@@ -64,7 +69,7 @@ def fixed(given: dict[str, Any]) -> tuple[Fixed, Robot]:
     """What is read once, and the robot.
 
     Raises:
-        BadInput: no such robot, target or tree.
+        BadInput: no such robot, target or tree, or a silence that is no time.
     """
     name = str(given.get("robot", "dumbo"))
     robot = load_robot(name)
@@ -75,4 +80,11 @@ def fixed(given: dict[str, Any]) -> tuple[Fixed, Robot]:
     home = os.environ.get("ROS_HOME") or tempfile.gettempdir()
     journal = Path(str(given.get("journal", Path(home) / "limner.journal")))
     controller = str(given.get("controller", robot.controller or "arm_controller"))
-    return Fixed(name, controller, target, tree, journal), robot
+    return Fixed(name, controller, target, tree, journal, _silence(given.get("silence", SILENCE_S))), robot
+
+
+def _silence(value: Any) -> float:
+    low, high = _SILENCES_S
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise BadInput(f"parameter ~silence = {value!r}; expected {low:g} to {high:g} seconds")
+    return float(value)
