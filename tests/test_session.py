@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import limner
-from limner import pipeline
 from limner.errors import NoFace
-from limner.pipeline import Session, draw
+from limner.pipeline import Session, budget, draw, session as drawing_session
 from limner.stages import Stages
 from limner.types import Photo
 from limner.vision import lines
@@ -34,8 +33,9 @@ def calls(monkeypatch):
 
     for name in ("to_working_scale", "trim", "_traced", "spline_strokes"):
         watch(lines, name)
-    for name in ("refine", "compose", "clean", "select", "order"):
-        watch(pipeline, name)
+    for name in ("refine", "compose", "clean", "select"):
+        watch(drawing_session, name)
+    watch(budget, "order")
     for name, run in dict(lines.EXTRACTORS).items():
         monkeypatch.setitem(lines.EXTRACTORS, name, lambda *args, name=name, run=run: done.append(name) or run(*args))
 
