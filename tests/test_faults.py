@@ -24,6 +24,7 @@ from limner.errors import BadInput
 from limner.studio.folder import own_folder
 from limner.studio.jobs import Jobs
 from limner.studio.orders import Order
+from limner.studio.visitors import HeldDrawing
 from limner.targets.fake_grbl import FakeGrbl
 from limner.targets.journal import Journal, Place
 from limner.targets.send import Control, send
@@ -269,7 +270,7 @@ def studio_job(folder, made, monkeypatch=None):
 
     async def go():
         jobs = Jobs(folder, lambda order, file: made, lambda: None)
-        jobs.start(Order("sim:"), b"npz", "d", None)
+        jobs.start(Order("sim:"), b"npz", HeldDrawing("d", "p", b"npz", {}), None)
         ends = time.monotonic() + 30
         while jobs.busy:
             assert time.monotonic() < ends

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+import httpx
 import pytest
 
 import studios
@@ -220,7 +221,7 @@ def test_simulators_are_always_there(idle):
 
 
 def killed_in_mid_job(state):
-    """A server killed while its machine draws; how far it said it was."""
+    """A server killed while its machine draws; how far it said it was, its visitor's cookie, its port."""
     server = studios.Server(state=state)
     try:
         with studios.enter(server) as client:
@@ -231,13 +232,13 @@ def killed_in_mid_job(state):
                 assert time.monotonic() < ends
                 time.sleep(0.01)
             server.kill()
-            return job["stroke"]
+            return job["stroke"], dict(client.cookies), server.base.rpartition(":")[2]
     finally:
         server.close()
 
 
 def test_killed_in_mid_job_it_is_there_again_and_goes_on(tmp_path):
-    before = killed_in_mid_job(tmp_path)
+    before, _, _ = killed_in_mid_job(tmp_path)
     with studios.serving(state=tmp_path) as server, studios.enter(server) as client:
         job = client.get("/api/job").json()
         assert job["state"] == "interrupted"
@@ -249,6 +250,26 @@ def test_killed_in_mid_job_it_is_there_again_and_goes_on(tmp_path):
         assert on["stroke"] >= before
         assert until(client, "done")["stroke"] == 9
     assert not list(tmp_path.rglob("*.npz")), "nothing is left of a job that is done"
+
+
+@pytest.mark.slow
+def test_whose_job_was_interrupted_is_known_by_his_cookie_and_nobody_else_is(tmp_path):
+    _, cookies, port = killed_in_mid_job(tmp_path)
+    assert not any(
+        cookie in path.read_text("latin-1") for path in tmp_path.rglob("*.json") for cookie in cookies.values()
+    )
+    with studios.serving("--port", port, state=tmp_path) as server:
+        owner = httpx.Client(base_url=server.base, headers={"origin": server.base}, cookies=cookies)
+        wrong = {name: "x" + cookie[1:] for name, cookie in cookies.items()}
+        stranger = httpx.Client(base_url=server.base, headers={"origin": server.base}, cookies=wrong)
+        with owner, stranger, studios.enter(server) as other:
+            assert stranger.get("/api/job").status_code == 401
+            assert not other.get("/api/job").json()["mine"]
+            job = owner.get("/api/job").json()
+            assert job["mine"]
+            assert owner.get(f"/api/drawing/{job['drawing']}.lines").content[:1] == b"\x01"
+            assert other.get(f"/api/drawing/{job['drawing']}.lines").status_code == 404
+            assert told(owner, "clear").json()["state"] == "idle"
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import io
 
 import pytest
@@ -59,6 +60,15 @@ def ink(visit, selector=".stage .sheet canvas:nth-child(2)"):
         return count;
     }"""
     return visit.page.evaluate(script, selector)
+
+
+def inked(visit, pixels):
+    """Wait until the sheet has more ink than that."""
+    for _ in range(200):
+        if ink(visit) > pixels:
+            return
+        visit.page.wait_for_timeout(100)
+    raise AssertionError(f"{ink(visit)} pixels of ink")
 
 
 def test_from_the_camera_to_candidates(visit):
@@ -275,11 +285,12 @@ def test_two_people_do_not_see_each_others_photos(server, browser, drawn):
 
 
 def start_job(visit, machine="A simulated plotter, fast"):
-    """Choose a machine, tick all that must be so, start."""
+    """Choose a machine, or leave it as it is; tick all that must be so; start."""
     page = visit.page
     visit.until("() => limnerApp.state.preview?.final")
     visit.go("Send")
-    page.get_by_role("button", name=machine).click()
+    if machine:
+        page.get_by_role("button", name=machine).click()
     start = page.get_by_role("button", name="Start drawing")
     page.get_by_role("checkbox").first.wait_for()
     assert start.is_disabled()
@@ -308,6 +319,87 @@ def test_a_job_is_paused_reloaded_and_resumed_in_another_tab(server, browser, dr
     drawn.until("() => limnerApp.state.job.state === 'idle'")
     # A reload leaves the drawing on the desk.
     page.get_by_role("button", name="Start drawing").wait_for()
+
+
+def few_lines(visit):
+    """The drawing on the desk in nine lines, half a minute on a plotter."""
+    visit.page.evaluate("() => limnerApp.setSettings({ style: 'splines', 'page.size': 'a6' })")
+    visit.until("() => limnerApp.state.preview?.final && limnerApp.state.preview.report.strokes < 20")
+    return visit.page.evaluate("() => limnerApp.state.preview.report.strokes")
+
+
+def journalled(journal):
+    """What the machine did, from the open file of a journal: strokes begun, strokes reached."""
+    journal.seek(0)
+    told = [line.split()[:2] for line in journal.read().splitlines()[1:]]
+    return [[int(stroke) for word, stroke in told if word == wanted] for wanted in ("begin", "reached")]
+
+
+def start_on(visit, address):
+    """As ``start_job``, on a machine by its address."""
+    visit.go("Send")
+    visit.page.get_by_label("Or by its address").fill(address)
+    visit.page.keyboard.press("Tab")
+    start_job(visit, None)
+
+
+def test_a_server_killed_in_mid_job_comes_back_and_the_page_goes_on(browser, tmp_path):
+    with contextlib.ExitStack() as stack:
+        server = stack.enter_context(studios.serving(state=tmp_path))
+        visit = browsers.Visit(browser, server.url)
+        page, port = visit.page, server.base.rpartition(":")[2]
+        visit.choose_photo(studios.face_jpeg())
+        page.locator(".card .facts").first.wait_for()
+        strokes = few_lines(visit)
+        start_on(visit, "sim:5")
+        visit.until("() => limnerApp.state.job.stroke >= 3")
+        # Open, it can be read to its end although it is removed when all is drawn.
+        journal = stack.enter_context(next(tmp_path.rglob("journal")).open())
+        server.kill()
+        page.get_by_role("alert").filter(has_text="limner does not answer").wait_for()
+        assert visit.violations() == []
+        begun, reached = journalled(journal)
+        assert 3 <= len(reached) < strokes
+        server = stack.enter_context(studios.serving("--port", port, state=tmp_path))
+        page.get_by_role("heading", name="Interrupted").wait_for()
+        page.get_by_text("go on at the right stroke").wait_for()
+        assert visit.violations() == []
+        assert page.evaluate("() => limnerApp.state.job.mine")
+        half = ink(visit)
+        # The tab that limner opens with the new token is the same person's.
+        other = browsers.Visit(browser, server.url, context=visit.context)
+        other.page.get_by_role("link", name="Interrupted").click()
+        inked(other, 200)
+        assert other.violations() == []
+        page.get_by_role("button", name="Go on").click()
+        page.get_by_role("heading", name="Done").wait_for()
+        again, done = journalled(journal)
+        # Every stroke is drawn, in order; only the one in doubt is begun a second time.
+        assert sorted(set(again)) == list(range(strokes))
+        assert again == sorted(again)
+        assert len(again) - strokes == len(begun) - len(reached) <= 1
+        assert done[-1] == strokes
+        assert 200 < half < ink(visit)
+        # The photo was sent anew: what is on the desk can be drawn and sent again.
+        page.get_by_role("button", name="Put away").click()
+        visit.go("Choose")
+        page.locator(".card .facts").first.wait_for()
+        assert not page.get_by_role("alert").filter(visible=True).count()
+        visit.context.close()
+
+
+def test_who_does_not_own_the_job_is_told_where_to_enter_again(browser, tmp_path):
+    with studios.serving(state=tmp_path) as server:
+        visit = browsers.Visit(browser, server.url)
+        port = server.base.rpartition(":")[2]
+    with studios.serving("--port", port, state=tmp_path) as server:
+        visit.page.get_by_role("alert").filter(has_text="Open the address that it printed").wait_for()
+        assert visit.violations() == []
+        other = browsers.Visit(browser, server.url, context=visit.context)
+        visit.until("() => limnerApp.state.online")
+        assert not visit.page.get_by_role("alert").filter(visible=True).count()
+        assert other.complaints == []
+        visit.context.close()
 
 
 def test_a_job_is_stopped_and_the_frame_is_tried(drawn):

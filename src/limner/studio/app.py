@@ -63,7 +63,10 @@ def assembled(settings: dict[str, Any], make: Make, port: int, folder: Path, *, 
         hub.tell("queue", lambda visitor: {"type": "queue", "queue": queue.fields(visitor), "held": queue.held})
 
     jobs = Jobs(folder / "job", make, tell)
-    studio = Studio(Visitors(port), Computer(settings), Computer(settings, lazy=True), settings, hub, jobs)
+    visitors = Visitors(port)
+    if jobs.owner is not None:
+        visitors.expect(jobs.owner)
+    studio = Studio(visitors, Computer(settings), Computer(settings, lazy=True), settings, hub, jobs)
     hub.tell("job", lambda visitor: {"type": "job"} | jobs.fields(visitor))
     if queued:
         line = Queue(jobs, lambda held, order: machine.prepared(studio, held, order), lambda: tell_queue(line))

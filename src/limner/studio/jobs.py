@@ -23,7 +23,7 @@ from typing import Any
 from limner.errors import BadInput, LimnerError
 from limner.studio.orders import BUSY, COMMANDS, Made, Make, Order, Status, WrongState
 from limner.studio.shelf import DRAWING, JOURNAL, ORDER, PLAN, Shelf
-from limner.studio.visitors import Visitor
+from limner.studio.visitors import HeldDrawing, Visitor
 
 PATIENCE_S = 5.0
 """How long a server that ends waits for its machine to raise the pen."""
@@ -69,13 +69,13 @@ class Jobs:
         told = dataclasses.asdict(self.status)
         return told | {"may": list(self.may), "mine": mine, "drawing": self.drawing if mine else None}
 
-    def start(self, order: Order, data: bytes, drawing: str, owner: Visitor | None) -> None:
+    def start(self, order: Order, data: bytes, held: HeldDrawing, owner: Visitor | None) -> None:
         """Begin with a drawing.
 
         Args:
             order: what is to be drawn by what.
             data: npz of the drawing, or of a robot's motion.
-            drawing: its name.
+            held: the drawing.
             owner: who wants it.
 
         Raises:
@@ -83,8 +83,9 @@ class Jobs:
         """
         self.check("start")
         self._forget()
-        self.drawing, self.owner = drawing, owner
+        self.drawing, self.owner = held.name, owner
         self._shelf.write(DRAWING, data)
+        self._shelf.write_owner(held, owner)
         self._shelf.write(ORDER, json.dumps(dataclasses.asdict(order)).encode())
         self._begin(order, resume=False)
 
@@ -272,6 +273,8 @@ class Jobs:
         self.status = Status("interrupted", order.to, name, len(self._begins_s), seconds=seconds)
         self.status.frame_only, self.status.said = order.frame_only, "limner ended in the middle of it"
         self._place(self._shelf.last_stroke())
+        self.owner = self._shelf.owner()
+        self.drawing = self.owner.drawings.latest()[0].name if self.owner else ""
 
     def _forget(self) -> None:
         self.status, self.drawing, self.owner = Status(), "", None

@@ -86,7 +86,7 @@ async def start(studio: Studio, visitor: Visitor, request: Request) -> Response:
     order = order_of(given, held.about["settings"])
     studio.jobs.check("start")
     data = await prepared(studio, held, order)
-    studio.jobs.start(order, data, held.name, visitor)
+    studio.jobs.start(order, data, held, visitor)
     return JSONResponse(studio.jobs.fields(visitor), 201)
 
 

@@ -160,7 +160,7 @@ class Queue:
         order = Order(self.goal.to, machine, self.goal.robot, settings)
         entry.state = DRAWING
         try:
-            self._jobs.start(order, await self._prepared(entry.held, order), entry.held.name, entry.owner)
+            self._jobs.start(order, await self._prepared(entry.held, order), entry.held, entry.owner)
         except WrongState:
             entry.state = WAITING
             raise

@@ -10,9 +10,13 @@ from pathlib import Path
 
 from limner.errors import BadInput
 from limner.studio.orders import Order
+from limner.studio.visitors import HeldDrawing, Visitor
 
 DRAWING, ORDER, PLAN, JOURNAL = "drawing.npz", "order.json", "plan.json", "journal"
 """What lies there: what is sent, by what, when each stroke begins, and what is drawn."""
+
+OWNER, HELD = "owner.json", "held.npz"
+"""Whose it is, by the seal of his cookie, what is told of the drawing, and the drawing as he keeps it."""
 
 
 class Shelf:
@@ -41,6 +45,26 @@ class Shelf:
             os.replace(beside, self.folder / name)
         except OSError as error:
             raise BadInput(f"{self.folder}: the job cannot be written down ({error.strerror or error})") from error
+
+    def write_owner(self, held: HeldDrawing, owner: Visitor | None) -> None:
+        """Write down whose the job is.
+
+        Raises:
+            BadInput: it cannot be written.
+        """
+        self.write(HELD, held.npz)
+        self.write(OWNER, json.dumps({"seal": owner.seal if owner else "", "about": held.about}).encode())
+
+    def owner(self) -> Visitor | None:
+        """Whose the job was, with nothing but its drawing; None where that is not known."""
+        try:
+            told, npz = json.loads((self.folder / OWNER).read_bytes()), (self.folder / HELD).read_bytes()
+            owner, about = Visitor(seal=str(told["seal"])), told["about"]
+            held = HeldDrawing(str(about["drawing"]), str(about["photo"]), npz, about)
+        except (OSError, ValueError, TypeError, LookupError):
+            return None
+        owner.drawings.add(held.name, held)
+        return owner if owner.seal else None
 
     def order(self) -> Order:
         """What was to be drawn by what.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import secrets
 from collections import OrderedDict
 from dataclasses import dataclass, field
@@ -82,11 +83,13 @@ class Visitor:
 
     Attributes:
         role: ``visitor`` or ``operator``.
+        seal: SHA-256 of his cookie, by which a later server knows him again.
         photos: his.
         drawings: his.
     """
 
     role: str = "visitor"
+    seal: str = ""
     photos: Recent[HeldPhoto] = field(default_factory=lambda: Recent(PHOTOS))
     drawings: Recent[HeldDrawing] = field(default_factory=lambda: Recent(DRAWINGS))
 
@@ -102,6 +105,7 @@ class Visitors:
         """
         self._port = port
         self._known: dict[str, Recent[Visitor]] = {}
+        self._expected: dict[tuple[str, str], Visitor] = {}
 
     def cookie_name(self, role: str) -> str:
         """Under which a role's cookie stands."""
@@ -110,10 +114,26 @@ class Visitors:
     def enter(self, role: str) -> str:
         """A new visitor; his cookie."""
         cookie = secrets.token_urlsafe(32)
-        self._known.setdefault(role, Recent(VISITORS)).add(cookie, Visitor(role))
+        self._admit(cookie, Visitor(role, _seal(cookie)))
         return cookie
+
+    def expect(self, visitor: Visitor) -> None:
+        """Know a visitor of a server before this one again when he comes with his old cookie."""
+        self._expected[visitor.role, visitor.seal] = visitor
+
+    def _admit(self, cookie: str, visitor: Visitor) -> Visitor:
+        self._known.setdefault(visitor.role, Recent(VISITORS)).add(cookie, visitor)
+        return visitor
 
     def known(self, role: str, cookie: str) -> Visitor | None:
         """Whose cookie it is."""
         visitors = self._known.get(role)
-        return visitors.get(cookie) if visitors else None
+        here = visitors.get(cookie) if visitors else None
+        if here is not None or not cookie:
+            return here
+        before = self._expected.pop((role, _seal(cookie)), None)
+        return before and self._admit(cookie, before)
+
+
+def _seal(cookie: str) -> str:
+    return hashlib.sha256(cookie.encode()).hexdigest()

@@ -26,6 +26,11 @@ export async function ask(path, how = {}) {
   return body;
 }
 
+/** Whether there is something at an address. @param {string} path */
+export function answers(path) {
+  return fetch(path, { credentials: "same-origin" }).then(({ ok }) => ok, () => false);
+}
+
 /**
  * Fetches a file, and has the browser save it; an error is told in the server's words instead of saved.
  * @param {string} path
@@ -47,6 +52,11 @@ export async function download(path, name) {
  */
 export function tell(path, value) {
   return ask(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(value) });
+}
+
+/** Where the page finds a photo. @param {{photo: string}} about */
+export function photoUrl({ photo }) {
+  return `api/photo/${photo}.jpg`;
 }
 
 /**

@@ -1,6 +1,6 @@
 // What the person does goes in; the state that every screen shows comes out, kept in step with the server.
 
-import { ask, download, Refused, sendPhoto, tell } from "./api.js";
+import { answers, ask, download, photoUrl, Refused, sendPhoto, tell } from "./api.js";
 import { Connection } from "./socket.js";
 import { createStore } from "./store.js";
 import { toast } from "./toast.js";
@@ -33,7 +33,7 @@ export class App {
     this.store = createStore({
       .../** @type {any} */ (EMPTY),
       screen: "photo", photo: null, face: 0, points: null, placing: false, settings: {}, loading: false, trouble: null,
-      drawing: false, online: false, job: null, queue: null, robot: "", recents: [], revision: 0,
+      drawing: false, online: false, stranger: false, job: null, queue: null, robot: "", recents: [], revision: 0,
     });
     /** @type {Point[] | null} the landmarks of the last wish, and the first wish that had them */
     this.wished = null;
@@ -42,10 +42,30 @@ export class App {
     this.kept = null;
     /** @type {string[]} what the last wish wanted */
     this.wanted = [];
+    /** @type {Blob | null} the photo's file, for a server that is started again */
+    this.blob = null;
     this.connection = new Connection("ws", {
       message: (message, frame) => this._received(message, frame),
-      state: (online) => (this.set({ online }), online && this.wish()),
+      state: (online) => (online ? this._online() : this._offline()),
     });
+  }
+
+  /** A server that was started again has forgotten the photo: it gets it once more, and all goes on as it was set. */
+  async _online() {
+    this.set({ online: true, stranger: false });
+    const { photo } = this.state;
+    if (photo && this.blob && !(await answers(photo.url))) {
+      const found = await sendPhoto(this.blob).catch(() => null);
+      if (found) this.set({ photo: { ...found, url: photoUrl(found) } });
+    }
+    this.wish();
+  }
+
+  /** Tells a server that is away from one that was started again and does not know this browser. */
+  async _offline() {
+    this.set({ online: false });
+    const refused = await ask("api/job").then(() => 0, (error) => error.status);
+    this.set({ stranger: refused === 401 });
   }
 
   /** @param {Record<string, any>} patch */
@@ -89,7 +109,8 @@ export class App {
     this.go("photo");
     try {
       const found = await sendPhoto(blob);
-      const photo = { ...found, url: `api/photo/${found.photo}.jpg` };
+      const photo = { ...found, url: photoUrl(found) };
+      this.blob = blob;
       this.set({ ...EMPTY, photo, face: 0, points: null, placing: false, trouble: found.error ? { text: found.error } : null, loading: false });
       if (photo.faces.length === 1) this.pickFace(0);
     } catch (error) {

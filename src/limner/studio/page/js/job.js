@@ -24,6 +24,11 @@ export function busy(job) {
   return Boolean(job && BUSY.has(job.state));
 }
 
+/** Whether it has come to a halt that nobody wanted. @param {Job} job */
+export function broken(job) {
+  return ["error", "lost", "interrupted"].includes(job.state);
+}
+
 /** Whether there is a job at all: one that is done or was stopped is, until it is cleared. @param {Job | null} job */
 export function there(job) {
   return Boolean(job && job.state !== "idle");

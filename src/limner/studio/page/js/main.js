@@ -4,6 +4,7 @@ import { connect } from "./app.js";
 import { h, put } from "./dom.js";
 import { takeDrops } from "./drops.js";
 import { there } from "./job.js";
+import { awayBanner } from "./parts/banner.js";
 import { saveDialog } from "./parts/save.js";
 import { remember, restore } from "./parts/desk.js";
 import { jobPill } from "./parts/pill.js";
@@ -84,6 +85,7 @@ async function start() {
   steps(app);
   takeDrops(app);
   jobPill(app);
+  awayBanner(app);
   saveDialog(app);
   await restore(app);
   remember(app);

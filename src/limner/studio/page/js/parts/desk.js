@@ -1,5 +1,7 @@
 // What lies on the desk, but for the photo itself, goes into the tab's own memory; after a reload it lies there again.
 
+import { answers } from "../api.js";
+
 /** @typedef {import("../app.js").App} App */
 
 const KEY = "limner-desk";
@@ -17,7 +19,6 @@ export async function restore(app) {
   const noted = sessionStorage.getItem(KEY);
   if (!noted) return;
   const desk = JSON.parse(noted);
-  const there = await fetch(desk.photo.url).then(({ ok }) => ok, () => false);
-  if (!there) return sessionStorage.removeItem(KEY);
+  if (!(await answers(desk.photo.url))) return sessionStorage.removeItem(KEY);
   app.set(desk);
 }
