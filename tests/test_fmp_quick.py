@@ -119,6 +119,17 @@ def test_both_searches_find_the_same(seed, scale, count):
     assert len(same(canvas, MODEL)) == count
 
 
+def test_a_search_for_one_ends_at_a_face_of_the_whole_search():
+    side = len(FACE)
+    canvas = np.full((side + 60, 2 * side + 80, 3), 127.0)
+    for x in (20, side + 60):
+        canvas[30 : 30 + side, x : x + side] = FACE
+    every = search_quickly(canvas, MODEL)
+    (first,) = search_quickly(canvas, MODEL, one=True)
+    assert len(every) == 2
+    assert any(np.array_equal(first.points_px, face.points_px) and first.score == face.score for face in every)
+
+
 def test_where_no_face_is_none_is_found():
     assert search_quickly(fmp_toy.texture(300, 300), MODEL) == []
     assert search_quickly(np.full((400, 300, 3), 127.0), MODEL) == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import functools
 import math
 import tomllib
 import types
@@ -57,12 +58,18 @@ def group(cls: type[SettingsGroup]) -> Any:
     return dataclasses.field(default_factory=cls)
 
 
+@functools.cache
+def _hints(cls: Any) -> dict[str, Any]:
+    """The types of a class's fields, which Python compiles from their text each time it is asked."""
+    return typing.get_type_hints(cls)
+
+
 @dataclass(frozen=True)
 class SettingsGroup:
     """Base of every settings group: each value is checked once, on construction."""
 
     def __post_init__(self) -> None:
-        hints = typing.get_type_hints(type(self))
+        hints = _hints(type(self))
         for field in dataclasses.fields(self):
             if "about" in field.metadata:
                 value = _checked(getattr(self, field.name), hints[field.name], field.metadata["about"], field.name)
@@ -75,7 +82,7 @@ class SettingsGroup:
         Raises:
             BadInput: a name that does not exist or a value outside its limits.
         """
-        hints = typing.get_type_hints(cls)
+        hints = _hints(cls)
         fields = {field.name: field for field in dataclasses.fields(cls)}
         given: dict[str, Any] = {}
         for name, value in values.items():
@@ -115,7 +122,7 @@ class SettingsGroup:
     @classmethod
     def walk(cls, path: str = "") -> Iterator[tuple[str, About, Any]]:
         """Every setting below: its path, what it means, its default; those of a group before those of its groups."""
-        hints = typing.get_type_hints(cls)
+        hints = _hints(cls)
         # In TOML what follows the heading of a group belongs to it.
         for field in sorted(dataclasses.fields(cls), key=lambda field: "about" not in field.metadata):
             if "about" in field.metadata:
@@ -126,7 +133,7 @@ class SettingsGroup:
     @classmethod
     def _parse(cls, names: list[str], text: str, path: str) -> Any:
         fields = {field.name: field for field in dataclasses.fields(cls)}
-        hints = typing.get_type_hints(cls)
+        hints = _hints(cls)
         name, *rest = names
         if name in fields and bool(rest) == ("about" not in fields[name].metadata):
             if rest:

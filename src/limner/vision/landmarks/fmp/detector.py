@@ -7,6 +7,7 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
@@ -113,9 +114,9 @@ def _faces(copy: _Copy, model: FmpModel, scale_range_px: tuple[float, float], se
 
 
 def _search(
-    copy: _Copy, model: FmpModel, scale_range_px: tuple[float, float], settings: FmpSettings
+    copy: _Copy, model: FmpModel, scale_range_px: tuple[float, float], settings: FmpSettings, *, one: bool = False
 ) -> list[Detection]:
-    search = search_everywhere if settings.exact else search_quickly
+    search = search_everywhere if settings.exact else partial(search_quickly, one=one)
     return search(
         copy.picture,
         model,
@@ -140,7 +141,7 @@ def _straightened(copy: _Copy, found: Detection, model: FmpModel, settings: FmpS
             break
         turned = _surroundings(around, found, -tilt)
         sizes = (found.scale_px / _SIZE_ROOM, found.scale_px * _SIZE_ROOM)
-        again = _search(turned, model, sizes, settings)
+        again = _search(turned, model, sizes, settings, one=True)
         best = max(again, key=lambda detection: detection.score, default=found)
         if best.score <= found.score:
             break

@@ -68,11 +68,13 @@ def search_quickly(
     dtype: DTypeLike = np.float32,
     scale_range_px: tuple[float, float] = (0.0, math.inf),
     overlap: float = 0.3,
+    one: bool = False,
 ) -> list[Detection]:
-    """``inference.search`` for faces that stand out: same arguments, same result on them."""
+    """``inference.search`` for faces that stand out: same arguments, same result on them; ``one`` ends at the first."""
     threshold = model.threshold if threshold is None else threshold
     places = _Places(image, model, interval or model.interval, np.dtype(dtype), scale_range_px)
-    return suppress(list(places.faces(threshold, overlap)), image.shape[:2], overlap)
+    faces = itertools.islice(places.faces(threshold, overlap), 1 if one else None)
+    return suppress(list(faces), image.shape[:2], overlap)
 
 
 class _Places:
