@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import functools
 import math
 import tomllib
 import types
 import typing
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from limner.errors import BadInput
 
@@ -58,18 +57,14 @@ def group(cls: type[SettingsGroup]) -> Any:
     return dataclasses.field(default_factory=cls)
 
 
-@functools.cache
-def _hints(cls: Any) -> dict[str, Any]:
-    """The types of a class's fields, which Python compiles from their text each time it is asked."""
-    return typing.get_type_hints(cls)
-
-
 @dataclass(frozen=True)
 class SettingsGroup:
     """Base of every settings group: each value is checked once, on construction."""
 
+    _known_hints: ClassVar[dict[str, Any]]
+
     def __post_init__(self) -> None:
-        hints = _hints(type(self))
+        hints = self._hints()
         for field in dataclasses.fields(self):
             if "about" in field.metadata:
                 value = _checked(getattr(self, field.name), hints[field.name], field.metadata["about"], field.name)
@@ -82,7 +77,7 @@ class SettingsGroup:
         Raises:
             BadInput: a name that does not exist or a value outside its limits.
         """
-        hints = _hints(cls)
+        hints = cls._hints()
         fields = {field.name: field for field in dataclasses.fields(cls)}
         given: dict[str, Any] = {}
         for name, value in values.items():
@@ -122,7 +117,7 @@ class SettingsGroup:
     @classmethod
     def walk(cls, path: str = "") -> Iterator[tuple[str, About, Any]]:
         """Every setting below: its path, what it means, its default; those of a group before those of its groups."""
-        hints = _hints(cls)
+        hints = cls._hints()
         # In TOML what follows the heading of a group belongs to it.
         for field in sorted(dataclasses.fields(cls), key=lambda field: "about" not in field.metadata):
             if "about" in field.metadata:
@@ -131,9 +126,16 @@ class SettingsGroup:
                 yield from hints[field.name].walk(f"{path}{field.name}.")
 
     @classmethod
+    def _hints(cls) -> dict[str, Any]:
+        """The types of the fields; kept, since Python compiles them from their text each time it is asked."""
+        if "_known_hints" not in cls.__dict__:
+            cls._known_hints = typing.get_type_hints(cls)
+        return cls._known_hints
+
+    @classmethod
     def _parse(cls, names: list[str], text: str, path: str) -> Any:
         fields = {field.name: field for field in dataclasses.fields(cls)}
-        hints = _hints(cls)
+        hints = cls._hints()
         name, *rest = names
         if name in fields and bool(rest) == ("about" not in fields[name].metadata):
             if rest:
