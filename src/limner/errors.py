@@ -29,11 +29,15 @@ class LimnerError(Exception):
 
 
 def _one_line(text: str) -> str:
-    if len(text) > _LONGEST:
-        text = f"{text[: _LONGEST - 300]} ... {text[-290:]}"
+    text = _cut(text)
     if text.isprintable():
         return text
-    return "".join(" " if c.isspace() else c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    # Escapes are longer than what they stand for.
+    return _cut("".join(" " if c.isspace() else c if c.isprintable() else ascii(c)[1:-1] for c in text))
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 300]} ... {text[-290:]}"
 
 
 class BadInput(LimnerError):
