@@ -127,6 +127,12 @@ def test_a_bad_entry_is_named_and_refused_or_left_out(tmp_path, changes, message
     assert message.partition(":")[0] in left_out[0]
 
 
+def test_a_face_without_a_score_beside_others_is_left_out(tmp_path):
+    samples, left_out = read_folder(write(tmp_path / "set", score=np.array([1.0, np.nan])))
+    assert [sample.path.name for sample in samples] == ["a_1.png"]
+    assert "not sure" in left_out[0]
+
+
 def test_a_missing_or_broken_image_is_named(tmp_path):
     write(tmp_path / "set")
     (tmp_path / "set" / "images" / "a_1.png").unlink()
@@ -144,6 +150,8 @@ def test_a_missing_or_broken_image_is_named(tmp_path):
         ({"ibug68": np.zeros((2, 5, 2))}, r"\(2, 5, 2\)"),
         ({"score": np.ones(3)}, r"score of shape \(3,\)"),
         ({"names": np.array(["a_1.png", "a_1.png"])}, "named twice"),
+        ({"size_wh": np.full((2, 2), np.nan)}, "size_wh of type float64; expected whole numbers"),
+        ({"score": np.array(["1", "1"])}, "score of type <U1; expected numbers"),
     ],
 )
 def test_labels_of_another_form_are_refused(tmp_path, changes, message):

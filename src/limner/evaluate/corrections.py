@@ -12,7 +12,7 @@ import numpy as np
 from limner import geometry
 from limner.storage import read_bytes, unpack_npz
 from limner.types import Face, Floats, Photo
-from limner.vision.landmarks.fmp.dataset import Sample, folds, read_folder
+from limner.vision.landmarks.fmp.dataset import Sample, check_table, folds, read_folder
 from limner.vision.landmarks.fmp.scenes import read_image
 from limner.vision.refine import RefineSettings, refine
 from limner.vision.refine.descent import save_descent
@@ -104,6 +104,7 @@ def read_truths(folder: str | Path) -> list[Truth]:
     arrays = unpack_npz(read_bytes(labels), str(labels)) if labels.is_file() else {}
     if "imm73" not in arrays:
         return [Truth(sample) for sample in samples]
+    check_table(labels, arrays, "imm73", "numbers", (len(arrays["names"]), 73, 2))
     outlines = dict(zip(arrays["names"].tolist(), arrays["imm73"], strict=True))
     return [_with_curves(sample, outlines[sample.path.name]) for sample in samples]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from limner.errors import BadInput, NothingToDraw
 from limner.pipeline import Session, Settings
+from limner.storage import read_bytes
 from limner.types import Face, Floats, Photo
 from limner.vision.landmarks.fmp.dataset import Sample, folds, read_folder
 from limner.vision.landmarks.fmp.scenes import read_image
@@ -99,7 +101,7 @@ def read_people(folder: str | Path, limit: int | None = None, seed: int = 0) -> 
         raise BadInput(f"{folder}: no landmarks_smiling*.npz in it; expected a second photo of each person in smiling/")
     drawn = {sample.person: sample for sample in read_folder(folder / "landmarks.npz")[0] if sample.known.all()}
     sought = {sample.person: sample for sample in read_folder(smiling[0])[0] if sample.known[17:].all()}
-    groups = _groups(folder / "info.csv")
+    groups = read_groups(folder / "info.csv")
     names = sorted(drawn.keys() & sought.keys())
     if limit and limit < len(names):
         names = sorted(np.random.default_rng(seed).permutation(names)[:limit].tolist())
@@ -110,11 +112,19 @@ def read_people(folder: str | Path, limit: int | None = None, seed: int = 0) -> 
     return [Person(name, groups.get(name.rpartition("/")[2], ""), drawn[name], sought[name]) for name in names]
 
 
-def _groups(path: Path) -> dict[str, str]:
+def read_groups(path: Path) -> dict[str, str]:
+    """The group of each person by the name of his photos, from a table of face_id and face_eth; empty without one.
+
+    Raises:
+        BadInput: it is no table.
+    """
     if not path.is_file():
         return {}
-    with path.open(newline="") as file:
-        return {row.get("face_id", ""): row.get("face_eth", "") for row in csv.DictReader(file)}
+    try:
+        text = read_bytes(path).decode("utf-8-sig")
+        return {row.get("face_id") or "": row.get("face_eth") or "" for row in csv.DictReader(io.StringIO(text))}
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise BadInput(f"{path}: is no table ({error}); expected columns face_id and face_eth") from error
 
 
 def evaluate_likeness(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import logging
 import os
 import sys
 import threading
@@ -56,6 +57,9 @@ _TURNS = {
 
 _pillow_globals = threading.RLock()
 
+# What it says of broken files while it raises an error is said by the error.
+logging.getLogger("PIL").addHandler(logging.NullHandler())
+
 
 def load_photo(source: Source, *, still: bool = False) -> Photo:
     """Read a picture, turn it upright and bring it to sRGB.
@@ -85,6 +89,21 @@ def load_photo(source: Source, *, still: bool = False) -> Photo:
             raise BadInput(f"{name}: is an animation; use a single picture")
         pixels = _from_image(image, name)
     return Photo(pixels)
+
+
+def photo_size(source: Source) -> tuple[int, int]:
+    """Width and height [px] of what ``load_photo`` makes of a file, without decoding it (TIFF aside).
+
+    Raises:
+        BadInput: as ``load_photo``, as far as a file's head tells.
+    """
+    data, name = _read(source)
+    with _decoding(name), _open(data, name) as image:
+        if image.format == "TIFF":
+            image.load()  # by which Pillow turns these upright itself
+        factor = _factor(image.size)
+        width, height = (-(-side // factor) for side in image.size)
+        return (height, width) if _TURNS[_orientation(image)][0] else (width, height)
 
 
 def crop_photo(photo: Photo, box: Box) -> Photo:
@@ -234,9 +253,7 @@ def _assemble(size: tuple[int, int], band: Callable[[int, int], Image.Image]) ->
     In bands, since the conversions need several copies of what they work on.
     """
     width, height = size
-    factor = 1
-    while -(-width // factor) * -(-height // factor) > MAX_PIXELS:
-        factor += 1
+    factor = _factor(size)
     pixels = np.empty((-(-height // factor), -(-width // factor), 3), np.uint8)
     rows = factor * max(1, _BAND_PIXELS // (width * factor))
     for top in range(0, height, rows):
@@ -244,6 +261,14 @@ def _assemble(size: tuple[int, int], band: Callable[[int, int], Image.Image]) ->
         part = part.reduce(factor) if factor > 1 else part
         pixels[top // factor : top // factor + part.height] = np.asarray(part)
     return pixels
+
+
+def _factor(size: tuple[int, int]) -> int:
+    """By how much a picture is reduced."""
+    factor = 1
+    while -(-size[0] // factor) * -(-size[1] // factor) > MAX_PIXELS:
+        factor += 1
+    return factor
 
 
 def _plain(band: Image.Image, profile: ImageCms.ImageCmsTransform | None) -> Image.Image:

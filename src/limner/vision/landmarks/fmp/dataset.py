@@ -15,6 +15,7 @@ from limner.errors import BadInput
 from limner.storage import read_bytes, unpack_npz
 from limner.types import Floats, Value, frozen_array
 from limner.vision.landmarks import mesh
+from limner.vision.photo import photo_size
 
 JAW = slice(0, 17)
 
@@ -111,7 +112,7 @@ def read_folder(folder: str | Path, *, skip: bool = False) -> tuple[list[Sample]
     left_out: list[str] = []
     for name, size, face, score in sorted(zip(*_arrays(file), strict=True), key=lambda entry: str(entry[0])):
         try:
-            if score < SURE:
+            if not score >= SURE:
                 left_out.append(f"{images / str(name)}: the machine is not sure of its landmarks (score {score:.4f})")
             else:
                 samples.append(_sample(images / str(name), size, face, machine))
@@ -147,15 +148,34 @@ def _arrays(file: Path) -> tuple[Any, Any, Any, Any]:
     missing = [key for key in ("names", "size_wh", "ibug68") if key not in arrays]
     if missing:
         raise BadInput(f"{file}: has no {' and no '.join(missing)}; expected names, size_wh and ibug68")
-    names, n = arrays["names"], len(np.atleast_1d(arrays["names"]))
-    shapes = {"names": (n,), "size_wh": (n, 2), "ibug68": (n, 68, 2), "mp468": (n, mesh.POINTS, 2), "score": (n,)}
-    for key, shape in shapes.items():
-        if key in arrays and arrays[key].shape != shape:
-            raise BadInput(f"{file}: {key} of shape {arrays[key].shape}; expected {shape}")
+    names = arrays["names"]
+    n = len(np.atleast_1d(names))
+    check_table(file, arrays, "names", "texts", (n,))
+    check_table(file, arrays, "size_wh", "whole numbers", (n, 2))
+    check_table(file, arrays, "ibug68", "numbers", (n, 68, 2))
+    check_table(file, arrays, "mp468", "numbers", (n, mesh.POINTS, 2))
+    check_table(file, arrays, "score", "numbers", (n,))
     if len(set(names.tolist())) != n:
         raise BadInput(f"{file}: an image is named twice; expected one face for each image")
     machine = file.stem.endswith("_machine")
     return names, arrays["size_wh"], _machines(arrays) if machine else arrays["ibug68"], arrays.get("score", np.ones(n))
+
+
+def check_table(file: Path, arrays: dict[str, Any], key: str, what: str, shape: tuple[int, ...]) -> None:
+    """Let an array of an npz pass, or its absence.
+
+    Raises:
+        BadInput: it holds something else than ``what``, or is of another shape.
+    """
+    if key not in arrays:
+        return
+    if arrays[key].shape != shape:
+        raise BadInput(f"{file}: {key} of shape {arrays[key].shape}; expected {shape}")
+    if arrays[key].dtype.kind not in _KINDS[what]:
+        raise BadInput(f"{file}: {key} of type {arrays[key].dtype}; expected {what}")
+
+
+_KINDS = {"texts": "U", "whole numbers": "iu", "numbers": "iuf"}
 
 
 def _machines(arrays: dict[str, Any]) -> Floats:
@@ -170,7 +190,7 @@ def _machines(arrays: dict[str, Any]) -> Floats:
 def _sample(path: Path, size: Any, points: Any, machine: bool) -> Sample:
     if not path.is_file():
         raise BadInput(f"{path}: named by the landmarks, but missing; add it or leave such images out")
-    width, height = _size(path)
+    width, height = photo_size(path)
     if (width, height) != tuple(int(side) for side in size):
         raise BadInput(f"{path}: {width} x {height} px, but its landmarks are for {size[0]} x {size[1]}")
     points = np.array(points, dtype=np.float64)
@@ -180,16 +200,6 @@ def _sample(path: Path, size: Any, points: Any, machine: bool) -> Sample:
         raise BadInput(f"{path}: a landmark far outside the image; are they in pixels of this image?")
     folder = path.parent.parent.name
     return Sample(path, f"{folder}/{path.stem.partition('_')[0]}", points, (width, height), machine)
-
-
-def _size(path: Path) -> tuple[int, int]:
-    from PIL import Image, ImageOps
-
-    try:
-        with Image.open(path) as image:
-            return ImageOps.exif_transpose(image).size if image.getexif().get(0x0112, 1) != 1 else image.size
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{path}: not a readable image ({error})") from error
 
 
 def folds(samples: Sequence[Sample], count: int, seed: int = 0) -> list[frozenset[str]]:

@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +15,7 @@ from limner.errors import BadInput
 from limner.types import Floats
 from limner.vision.landmarks.fmp.dataset import Sample
 from limner.vision.landmarks.fmp.textures import texture
+from limner.vision.photo import load_photo
 
 IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp")
 
@@ -50,10 +50,7 @@ def read_image(path: str | Path) -> Picture:
     Raises:
         BadInput: it cannot be read.
     """
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise BadInput(f"{path}: not a readable image")
-    return np.ascontiguousarray(image[..., ::-1])
+    return load_photo(path).rgb
 
 
 def _reader(path: Path) -> Callable[[], Picture]:
