@@ -45,6 +45,8 @@ from limner.batch.summary import Summary
 from limner.batch.workers import WorkerDied, Workers
 from limner.errors import BadInput
 
+FIGURES = {"drawing": "a.svg", "error": "", "strokes": 3, "points": 9, "ink_mm": 1.5, "travel_mm": 0.5, "seconds": 0.1}
+
 
 def listed(*words, stdin=b"", out=None):
     return list(photos_of([str(word) for word in words], io.BytesIO(stdin), out))
@@ -380,14 +382,32 @@ def test_the_manifest_and_the_state_stay_whole_on_a_full_disk(tmp_path):
             resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
         assert (tmp_path / CSV).read_bytes() == before
     with State.opened(tmp_path) as state:
-        state.keep_done("a", Known("m", {}, b""))
+        state.keep_done("a", Known("m", FIGURES, b""))
         state.commit()
         state._base.execute("PRAGMA max_page_count = 8")
         with pytest.raises(BadInput, match="full"):
-            state.keep_done("b", Known("m", {}, bytes(10**6)))
+            state.keep_done("b", Known("m", FIGURES, bytes(10**6)))
     with State.opened(tmp_path) as state:
-        assert state.done("a") == Known("m", {}, b"")
+        assert state.done("a") == Known("m", FIGURES, b"")
         assert state.done("b") is None
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"drawing": "../a.svg"},
+        {"drawing": None},
+        {"strokes": "3"},
+        {"photo": "b.jpg"},
+        {"other": 1},
+    ],
+)
+def test_what_was_kept_and_is_damaged_is_as_if_it_was_never_drawn(tmp_path, damage):
+    with State.opened(tmp_path) as state:
+        state.keep_done("a", Known("m", FIGURES | damage, b""))
+        state.keep_done("b", Known("m", FIGURES, b""))
+        assert state.done("a") is None
+        assert state.done("b") is not None
 
 
 def test_a_state_of_another_version_is_refused(tmp_path):

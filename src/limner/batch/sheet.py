@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import json
 import os
 from collections.abc import Iterator
 from importlib import resources
@@ -11,8 +10,8 @@ from pathlib import Path
 
 from limner.batch.run import Told
 from limner.batch.summary import Summary
-from limner.batch.tile import tile_of_svg
-from limner.errors import LimnerError
+from limner.batch.tile import Tile, tile_of_svg, unpacked
+from limner.errors import BadInput, LimnerError
 from limner.storage import read_bytes
 
 NAME = "contact-sheet.html"
@@ -52,18 +51,26 @@ def _figures(summary: Summary) -> Iterator[str]:
 
 def _card(told: Told, folder: Path, store: str) -> str:
     row, name = told.row, os.path.basename(told.row.photo) or told.row.photo
-    tile = json.loads(told.tile or _from_file(f"{store}/{row.drawing}"))
-    width, height = tile["width"], tile["height"]
-    photo = f'<img alt="" src="data:image/jpeg;base64,{tile["photo"]}">' if tile["photo"] else ""
+    tile = _tile(told, store)
+    width, height = tile.width, tile.height
+    photo = f'<img alt="" src="data:image/jpeg;base64,{tile.photo}">' if tile.photo else ""
     return (
         f'<figure data-name="{_text(row.photo.lower())}"><a href="{_text(_link(row.drawing, folder, store))}"'
         f' style="aspect-ratio:{width:g}/{height:g}">{photo}'
         f'<svg viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{_text(name)}">'
-        f'<path stroke-width="{tile["pen"]:g}" d="{tile["path"]}"/></svg></a>'
+        f'<path stroke-width="{tile.pen:g}" d="{_text(tile.path)}"/></svg></a>'
         f'<figcaption><b title="{_text(row.photo)}">{_text(name)}</b>'
         f"<span>{row.strokes} strokes · {row.points} points · {(row.ink_mm or 0) / 1000:.1f} m</span>"
         "</figcaption></figure>"
     )
+
+
+def _tile(told: Told, store: str) -> Tile:
+    """As it was kept; else from the drawing's file."""
+    try:
+        return unpacked(told.tile)
+    except BadInput:
+        return unpacked(_from_file(f"{store}/{told.row.drawing}"))
 
 
 def _from_file(path: str) -> bytes:

@@ -7,10 +7,12 @@ import json
 import os
 import sqlite3
 import time
+import typing
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from limner.batch.manifest import Row
 from limner.errors import BadInput
 
 NAME = ".state.sqlite"
@@ -78,7 +80,7 @@ class State:
         query = "SELECT digest FROM stamps WHERE photo = ? AND stamp = ?"
         with self._telling():
             found = self._base.execute(query, (os.fsencode(photo), stamp)).fetchone()
-        return found[0] if found else None
+        return found[0] if found and isinstance(found[0], str) else None
 
     def keep_digest(self, photo: str, stamp: str, digest: str) -> None:
         """Remember the hash of a photo."""
@@ -90,11 +92,11 @@ class State:
         self.commit()
 
     def done(self, content: str) -> Known | None:
-        """What became of a content before, whatever the settings were."""
+        """What became of a content before, whatever the settings were; None also where that is damaged."""
         query = "SELECT mark, figures, tile FROM done WHERE content = ?"
         with self._telling():
             found = self._base.execute(query, (content,)).fetchone()
-        return Known(found[0], json.loads(found[1]), found[2]) if found else None
+        return _known(*found) if found else None
 
     def keep_done(self, content: str, known: Known) -> None:
         """Remember what became of it."""
@@ -122,3 +124,20 @@ class State:
             yield
         except sqlite3.Error as error:
             raise BadInput(f"{self._path}: cannot be read or written ({error}); choose another place") from error
+
+
+def _known(mark: object, text: Any, tile: object) -> Known | None:
+    try:
+        figures = json.loads(text)
+    except (TypeError, ValueError, RecursionError):
+        return None
+    if not (isinstance(figures, dict) and {"drawing", "error"} <= set(figures) <= set(_FIGURES)):
+        return None
+    if not all(isinstance(value, _FIGURES[name]) for name, value in figures.items()):
+        return None
+    if not isinstance(tile, bytes) or figures["drawing"] != os.path.basename(figures["drawing"]):
+        return None
+    return Known(mark if isinstance(mark, str) else None, figures, tile)
+
+
+_FIGURES = {name: kind for name, kind in typing.get_type_hints(Row).items() if name not in ("photo", "hash")}
