@@ -1,13 +1,19 @@
-"""Bytes of a journal go in, to be gone on with."""
+"""Bytes of a journal, or of what a studio left behind, go in, to be gone on with."""
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
+import json
 import zlib
 
 import numpy as np
 
 from fuzz.contract import file_of
+from limner.errors import BadInput
+from limner.studio.jobs import Jobs
+from limner.studio.orders import Made, Order
+from limner.studio.shelf import JOURNAL, ORDER, PLAN, Shelf
 from limner.targets.journal import Journal, fingerprint, runs_from
 from limner.types import Drawing
 
@@ -35,4 +41,25 @@ def signed(data: bytes) -> None:
     journal(b"".join(b"%s %08x\n" % (line, zlib.crc32(line)) for line in lines))
 
 
-HARNESSES = {"journal": journal, "journal-signed": signed}
+def left_behind(data: bytes) -> None:
+    """A studio's job: order, plan and journal, a NUL between them; the next studio tells of it and can go on."""
+    with file_of(data, "all") as path:
+        folder = path.parent / "job"
+        folder.mkdir()
+        for name, content in zip((ORDER, PLAN, JOURNAL), data.split(b"\0", 2), strict=False):
+            (folder / name).write_bytes(content)
+        jobs = Jobs(folder, _nothing, lambda: None)
+        json.dumps(jobs.fields(None), allow_nan=False)
+        if jobs.status.state == "interrupted":
+            order = Shelf(folder).order()
+            assert json.loads(json.dumps(dataclasses.asdict(order))) == dataclasses.asdict(order)
+            str.partition(order.to, ":")
+            jobs.clear()
+            assert jobs.may == ("start",)
+
+
+def _nothing(order: Order, path: str) -> Made:
+    raise BadInput("there is no machine")
+
+
+HARNESSES = {"journal": journal, "journal-signed": signed, "left-behind": left_behind}

@@ -16,6 +16,8 @@ UPLOAD_BYTES = 40 * 2**20
 BODY_BYTES = 2**20
 """Likewise any other request."""
 
+_DIGITS = 20  # of a length; thousands would be no number to Python
+
 
 async def json_object(request: Request) -> dict[str, Any]:
     """The JSON object in a request's body; an empty body is an empty object.
@@ -41,7 +43,7 @@ async def body(request: Request, most: int, what: str) -> bytes:
     """
     text = f"larger than {most / 2**20:g} MB, the limit for {what}; make it smaller"
     length = request.headers.get("content-length", "0")
-    if not length.isdecimal() or int(length) > most:
+    if not length.isdecimal() or len(length) > _DIGITS or int(length) > most:
         raise HTTPException(413, text)
     parts, size = [], 0
     async for part in request.stream():

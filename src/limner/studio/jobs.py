@@ -233,7 +233,7 @@ class Jobs:
         if stroke >= len(begins):
             self.status.share = 1.0
         elif whole > 0:
-            self.status.share = begins[stroke] / whole if stroke else 0.0
+            self.status.share = min(max(0.0, begins[stroke] / whole), 1.0) if stroke else 0.0
         self._clock()
 
     def _clock(self) -> None:

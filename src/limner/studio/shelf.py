@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import shutil
 from pathlib import Path
@@ -73,25 +74,30 @@ class Shelf:
             BadInput: it cannot be read.
         """
         try:
-            return Order(**json.loads((self.folder / ORDER).read_bytes()))
-        except (OSError, ValueError, TypeError) as error:
+            told = json.loads((self.folder / ORDER).read_bytes())
+            order = Order(**told)
+        except (OSError, ValueError, TypeError, RecursionError) as error:
             raise BadInput("the job that was left behind cannot be read; clear it") from error
+        kinds = {"to": str, "machine": str | None, "robot": str | None, "settings": dict, "frame_only": bool}
+        if not all(isinstance(value, kinds[name]) for name, value in told.items()):
+            raise BadInput("the job that was left behind is damaged; clear it")
+        return order
 
     def left(self) -> tuple[Order, str, float, list[float]] | None:
         """The order, the machine's name, how long all takes and when each stroke begins; None where nothing is left."""
         try:
             name, seconds, begins_s = json.loads((self.folder / PLAN).read_bytes())
-            return self.order(), str(name), float(seconds), [float(value) for value in begins_s]
-        except (OSError, ValueError, TypeError, BadInput):
+            times = [float(value) for value in (seconds, *begins_s)]
+            return (self.order(), str(name), times[0], times[1:]) if all(map(math.isfinite, times)) else None
+        except (OSError, ValueError, TypeError, OverflowError, RecursionError, BadInput):
             return None
 
     def last_stroke(self) -> int:
         """How many strokes are drawn, by the journal's lines; its reader checks it before the pen goes on."""
         with contextlib.suppress(OSError, ValueError, IndexError):
             lines = [line.split() for line in (self.folder / JOURNAL).read_text("ascii", "replace").splitlines()]
-            return max(
-                (int(line[1]) for line in lines if line[0] in ("begin", "reached") and len(line) == 4), default=0
-            )
+            told = [int(line[1]) for line in lines if len(line) == 4 and line[0] in ("begin", "reached")]
+            return max([0, *told])
         return 0
 
     def clear(self) -> None:
