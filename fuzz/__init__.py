@@ -11,8 +11,8 @@ CORPUS = Path(__file__).parent / "corpus"
 """A folder of inputs for each harness, all made by ``fuzz/seeds.py`` or found by fuzzing."""
 
 FAMILIES = (
-    *("arms", "drawings", "faces", "journals", "lists", "models", "photos"),
-    *("plotters", "robots", "settings", "stored", "studio", "vectors"),
+    *("annotated", "arms", "batches", "drawings", "faces", "journals", "lists", "models"),
+    *("photos", "plotters", "requests", "robots", "settings", "stored", "studio", "vectors"),
 )
 """A file of harnesses each."""
 

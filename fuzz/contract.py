@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import signal
 import tempfile
@@ -10,6 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from limner.errors import LimnerError
 
@@ -27,16 +29,16 @@ class Broken(AssertionError):
 
 
 def check(reader: Reader, data: bytes) -> bool:
-    """Hand bytes to a reader: it gives a value, or raises a ``LimnerError`` of one line, in time, and warns of nothing.
+    """Hand bytes to a reader: it gives a value, or raises a ``LimnerError`` of one line, in time; no more is said.
 
     Returns:
         Whether it gave a value.
 
     Raises:
-        Broken: it took too long, or its error is not one line.
+        Broken: it took too long, its error is not one line, or something was logged for the terminal.
         Exception: whatever else it raised.
     """
-    with warnings.catch_warnings(), _in_time():
+    with warnings.catch_warnings(), _in_time(), _in_silence():
         warnings.simplefilter("error")
         try:
             reader(data)
@@ -46,6 +48,21 @@ def check(reader: Reader, data: bytes) -> bool:
                 raise Broken(f"an error that is not one line: {text[:200]!r}") from error
             return False
     return True
+
+
+@contextlib.contextmanager
+def _in_silence() -> Iterator[None]:
+    """What libraries log and nobody takes up would stand in the terminal beside the error."""
+    said: list[str] = []
+
+    class Heard(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            said.append(record.getMessage())
+
+    with mock.patch.object(logging, "lastResort", Heard(logging.WARNING)):
+        yield
+    if said:
+        raise Broken(f"says {said[0]!r}")
 
 
 @contextlib.contextmanager

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from fuzz import CORPUS, harnesses
+from fuzz import CORPUS, harnesses, seeds_folders
 from fuzz.journals import HEAD
 from fuzz.models import OWNER
 from fuzz.robots import ARM
@@ -56,6 +56,9 @@ def _all() -> Iterator[Seed]:
         _journals,
         _machines,
         _studio,
+        seeds_folders.annotated,
+        seeds_folders.batches,
+        seeds_folders.requests,
     ):
         yield from part()
 
