@@ -13,7 +13,7 @@ from fuzz.contract import file_of
 from limner.errors import BadInput
 from limner.studio.jobs import Jobs
 from limner.studio.orders import Made, Order
-from limner.studio.shelf import JOURNAL, ORDER, PLAN, Shelf
+from limner.studio.shelf import HELD, JOURNAL, ORDER, OWNER, PLAN, Shelf
 from limner.targets.journal import Journal, fingerprint, runs_from
 from limner.types import Drawing
 
@@ -42,12 +42,13 @@ def signed(data: bytes) -> None:
 
 
 def left_behind(data: bytes) -> None:
-    """A studio's job: order, plan and journal, a NUL between them; the next studio tells of it and can go on."""
+    """A studio's job: order, plan, journal and owner, a NUL between them; the next studio tells of it and can go on."""
     with file_of(data, "all") as path:
         folder = path.parent / "job"
         folder.mkdir()
-        for name, content in zip((ORDER, PLAN, JOURNAL), data.split(b"\0", 2), strict=False):
+        for name, content in zip((ORDER, PLAN, JOURNAL, OWNER), data.split(b"\0", 3), strict=False):
             (folder / name).write_bytes(content)
+        (folder / HELD).write_bytes(b"")
         jobs = Jobs(folder, _nothing, lambda: None)
         json.dumps(jobs.fields(None), allow_nan=False)
         if jobs.status.state == "interrupted":

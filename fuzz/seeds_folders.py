@@ -74,7 +74,8 @@ def requests() -> Iterator[Seed]:
     order = Order("sim:", "axidraw", settings={"style": "portrait"})
     plan = json.dumps(["axidraw", 12.5, [0.0, 3.5]])
     journal = "limner-journal-1 x 2 0\nbegin 0 0 0\nreached 1 0 0\n"
-    yield "left-behind", "all", "\0".join([json.dumps(dataclasses.asdict(order)), plan, journal]).encode()
+    owner = json.dumps({"seal": "s", "about": {"drawing": "d", "photo": "p"}})
+    yield "left-behind", "all", "\0".join([json.dumps(dataclasses.asdict(order)), plan, journal, owner]).encode()
     wish = json.dumps({"photo": "p", "settings": {"style": "canny"}, "want": ["preview", "plan"]})
     yield "socket", "wishes", f"{wish}\n{wish}\n{{}}\n\0binary".encode()
     known = "cookie: COOKIE\n"

@@ -62,7 +62,7 @@ class Shelf:
             told, npz = json.loads((self.folder / OWNER).read_bytes()), (self.folder / HELD).read_bytes()
             owner, about = Visitor(seal=str(told["seal"])), told["about"]
             held = HeldDrawing(str(about["drawing"]), str(about["photo"]), npz, about)
-        except (OSError, ValueError, TypeError, LookupError):
+        except (OSError, ValueError, TypeError, LookupError, RecursionError):
             return None
         owner.drawings.add(held.name, held)
         return owner if owner.seal else None
