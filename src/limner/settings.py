@@ -8,7 +8,7 @@ import math
 import tomllib
 import types
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -17,6 +17,8 @@ from limner.errors import BadInput
 Scalar = bool | int | float | str
 AUTO = "auto"
 """Takes back a number: the setting is as if it were not set."""
+NONE = "none"
+"""Stands for no name, where names are asked for."""
 
 Tree = typing.TypeVar("Tree", bound="SettingsGroup")
 
@@ -221,6 +223,24 @@ def _checked(value: Any, hint: Any, about: About, name: str) -> Any:
 
 
 _WORDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
+
+
+def names_in(text: str, choices: Collection[str], where: str) -> tuple[str, ...]:
+    """The names that a text holds, separated by commas, in its order; none for ``none`` or nothing.
+
+    Args:
+        text: of a setting that names several things.
+        choices: the names that there are.
+        where: of the setting, for the message.
+
+    Raises:
+        BadInput: a name that does not exist.
+    """
+    names = tuple(name.strip() for name in text.split(",") if name.strip() not in ("", NONE))
+    for name in names:
+        if name not in choices:
+            raise BadInput(f"{where}: '{name}' does not exist; choose from {', '.join(choices)}, or {NONE}")
+    return names
 
 
 def _choices(name: str, names: list[str]) -> str:

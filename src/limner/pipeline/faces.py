@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from limner.pipeline.settings import Settings
+from limner.settings import NONE
 from limner.types import Face, Floats, Photo, Strokes
 from limner.vision.landmarks import DetectSettings, detect
 from limner.vision.likeness.candidates import AUTO
 from limner.vision.photo import Box, crop_photo
-from limner.vision.refine import BEST, NONE, refine
+from limner.vision.refine import BEST, refine
 
 
 @dataclass(frozen=True)

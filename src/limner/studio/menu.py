@@ -9,11 +9,12 @@ from typing import Any
 from limner.motion.arm.robots import ROBOTS
 from limner.motion.machine import MACHINES, load_machine
 from limner.pipeline import Settings
+from limner.settings import NONE
 from limner.studio.exports import FORMATS
 from limner.studio.wishes import FILES
 from limner.units import PAGES_MM
 from limner.vision.lines import MEASURED, PICTURES, STYLES
-from limner.vision.refine import NONE, REFINEMENTS
+from limner.vision.refine import REFINEMENTS
 
 SLIDERS: tuple[dict[str, Any], ...] = (
     {

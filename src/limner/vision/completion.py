@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limner import geometry
-from limner.errors import BadInput
-from limner.settings import SettingsGroup, setting
+from limner.settings import SettingsGroup, names_in, setting
 from limner.types import Face, Floats, Strokes
 from limner.vision.head import BROWS, JAW, NOSTRILS
 from limner.vision.regions import RegionSettings
@@ -36,7 +35,7 @@ PARTS: dict[str, tuple[list[int], ...]] = {
 }
 """Landmarks of each spline of a feature, by its region; the line between the lips comes before their outlines."""
 
-NONE, ALL = "none", "all"
+ALL = "all"
 
 
 @dataclass(frozen=True)
@@ -62,11 +61,8 @@ def names_of(text: str) -> tuple[str, ...]:
     Raises:
         BadInput: a feature that does not exist.
     """
-    names = [name.strip() for name in text.split(",") if name.strip() not in ("", NONE)]
-    for name in names:
-        if name not in (*PARTS, ALL):
-            raise BadInput(f"complete: '{name}' does not exist; choose from {', '.join(PARTS)}, {ALL} or {NONE}")
-    return tuple(PARTS) if ALL in names else tuple(names)
+    names = names_in(text, (*PARTS, ALL), "complete")
+    return tuple(PARTS) if ALL in names else names
 
 
 def complete(

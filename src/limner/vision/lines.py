@@ -28,12 +28,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limner.errors import BadInput
-from limner.settings import SettingsGroup, group, setting
+from limner.settings import NONE, SettingsGroup, group, setting
 from limner.stages import Stages
 from limner.types import EdgeMap, Face, Photo, Strokes
 from limner.vision.cartoon.settings import CartoonSettings
 from limner.vision.cartoon.style import abstracted, cartoon_edges, cartoon_strokes, with_features
-from limner.vision.completion import NONE, CompletionSettings, complete, names_of
+from limner.vision.completion import CompletionSettings, complete, names_of
 from limner.vision.edges import EXTRACTORS, CannySettings, GaborPyramidSettings, GaborSettings
 from limner.vision.figure import FigureSettings, find_figure
 from limner.vision.painterly.settings import PainterlySettings
@@ -47,7 +47,7 @@ from limner.vision.spline_style import SplinesSettings, spline_strokes
 from limner.vision.tonal.ink import InkSettings, wanted_ink
 from limner.vision.tonal.scribble import ScribbleSettings, scribble
 from limner.vision.tonal.stipple import OneLineSettings, StippleSettings, stipple
-from limner.vision.tone import NONE as NO_TONE, ToneSettings, hatch
+from limner.vision.tone import ToneSettings, hatch
 from limner.vision.trace import TraceSettings, trace
 from limner.vision.trim import TrimSettings, trim
 
@@ -212,7 +212,7 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings, sta
     way = OWN_WAYS.get(style, partial(_extracted, style))
     strokes = way(photo, face, settings, stages)
     strokes = stages("complete", complete, strokes, face, settings.complete, settings.completion, settings.regions)
-    return strokes if settings.tone.level == NO_TONE else _shaded(strokes, photo, face, settings, stages)
+    return strokes if settings.tone.level == NONE else _shaded(strokes, photo, face, settings, stages)
 
 
 def draw_picture(photo: Photo, face: Face, style: str, settings: LineSettings) -> NDArray[np.uint8]:

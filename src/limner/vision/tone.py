@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from limner import geometry
 from limner.errors import BadInput
-from limner.settings import SettingsGroup, setting
+from limner.settings import NONE, SettingsGroup, setting
 from limner.types import Face, Floats, Photo, Strokes
 from limner.vision.edges.iris import find_iris
 from limner.vision.figure import Figure
@@ -20,8 +20,6 @@ from limner.vision.hatching.darkness import darkness, within
 from limner.vision.hatching.streamlines import Ground, streamlines
 from limner.vision.head import BROWS, EYES, INNER_LIPS, LIPS, face_frame, face_outline
 from limner.vision.raster import Image, Mask, blurred, dilated, filled, pieces
-
-NONE = "none"
 
 
 class Level(NamedTuple):

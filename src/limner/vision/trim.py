@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limner.errors import BadInput
-from limner.settings import SettingsGroup, setting
+from limner.settings import SettingsGroup, names_in, setting
 from limner.types import EdgeMap, Face, Floats
 from limner.vision.head import EYES, face_frame, head_ellipse
 from limner.vision.raster import Mask, Shape, depth, distance_to_zero, keep_pieces, whole
@@ -17,8 +16,6 @@ ELLIPSE_POINTS = 40
 
 AT_EYES = 0.06
 """What lies this near to the outline of an eye belongs to it [outer-eye distances]."""
-
-NONE = "none"
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,7 @@ class TrimSettings(SettingsGroup):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        names_of(self.by)
+        names_in(self.by, RULES, "trim.by")
 
 
 def trim(edges: EdgeMap, face: Face, settings: TrimSettings) -> EdgeMap:
@@ -57,22 +54,9 @@ def trim(edges: EdgeMap, face: Face, settings: TrimSettings) -> EdgeMap:
         settings: the rules.
     """
     mask = edges.mask
-    for name in names_of(settings.by):
+    for name in names_in(settings.by, RULES, "trim.by"):
         mask = RULES[name](mask, face, settings)
     return EdgeMap(mask, edges.strength, edges.angle_rad)
-
-
-def names_of(text: str) -> tuple[str, ...]:
-    """The rules that a text names, separated by commas; none for ``none`` or nothing.
-
-    Raises:
-        BadInput: a rule that does not exist.
-    """
-    names = tuple(name.strip() for name in text.split(",") if name.strip() not in ("", NONE))
-    for name in names:
-        if name not in RULES:
-            raise BadInput(f"trim.by: '{name}' does not exist; choose from {', '.join(RULES)}, or {NONE}")
-    return names
 
 
 def head_points(face: Face) -> Floats:

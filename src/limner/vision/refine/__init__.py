@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from limner.errors import BadInput
-from limner.settings import SettingsGroup, group
+from limner.settings import SettingsGroup, group, names_in
 from limner.types import Face, Photo
 from limner.vision.refine.best import BestSettings, best
 from limner.vision.refine.brows import BrowsSettings, brows
@@ -44,7 +43,6 @@ REFINEMENTS: dict[str, Callable[[Photo, Face, Any], Face]] = {
 }
 """Each takes a photo, a frontal face in it, and its own settings, and gives the face with moved landmarks."""
 
-NONE = "none"
 BEST = "best"
 
 
@@ -54,11 +52,7 @@ def names_of(text: str) -> tuple[str, ...]:
     Raises:
         BadInput: a name that does not exist.
     """
-    names = tuple(name.strip() for name in text.split(",") if name.strip() not in ("", NONE))
-    for name in names:
-        if name not in REFINEMENTS:
-            raise BadInput(f"refine: '{name}' does not exist; choose from {', '.join(REFINEMENTS)}, or {NONE}")
-    return names
+    return names_in(text, REFINEMENTS, "refine")
 
 
 def refine(photo: Photo, face: Face, names: str, settings: RefineSettings) -> Face:
@@ -107,4 +101,4 @@ def refine_in_steps(photo: Photo, face: Face, names: str, settings: RefineSettin
     return tuple(steps)
 
 
-__all__ = ["BEST", "NONE", "REFINEMENTS", "RefineSettings", "Step", "names_of", "refine", "refine_in_steps"]
+__all__ = ["BEST", "REFINEMENTS", "RefineSettings", "Step", "names_of", "refine", "refine_in_steps"]
