@@ -174,6 +174,16 @@ def test_an_object_array_is_never_unpickled():
         storage.from_npz(Strokes, out.getvalue())
 
 
+def test_a_folder_is_made_with_those_around_it_or_what_is_in_the_way_is_named(tmp_path):
+    wanted = tmp_path / "one" / "two"
+    assert storage.make_folder(wanted) == storage.make_folder(str(wanted)) == wanted
+    assert wanted.is_dir()
+    (tmp_path / "file").write_bytes(b"")
+    for inside in ("file", "file/deeper"):
+        with pytest.raises(BadInput, match="no folder can be made there"):
+            storage.make_folder(tmp_path / inside)
+
+
 def test_nothing_is_left_when_writing_fails(tmp_path):
     with pytest.raises(BadInput, match="cannot be written"):
         storage.write_whole(tmp_path / "no such folder" / "x.svg", b"")

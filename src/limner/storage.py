@@ -69,6 +69,20 @@ def whole(path: str | Path) -> Iterator[Path]:
         raise BadInput(f"{path}: cannot be written ({error.strerror or error}); choose another place") from error
 
 
+def make_folder(path: str | Path) -> Path:
+    """The folder, made with those around it where it is not there yet.
+
+    Raises:
+        BadInput: it cannot be made.
+    """
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"{path}: no folder can be made there ({error.strerror}); choose another") from error
+    return folder
+
+
 def _umask() -> int:
     mask = os.umask(0o022)
     os.umask(mask)

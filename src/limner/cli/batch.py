@@ -10,6 +10,7 @@ from pathlib import Path
 
 import click
 
+from limner import storage
 from limner.batch import manifest, remote
 from limner.batch.cluster import cluster_engine
 from limner.batch.engine import Engine, local_engine
@@ -84,7 +85,7 @@ def batch(
     settings = options.chosen_settings(ctx, Settings, save_settings)
     check_words(photos)
     _check(also, robot, workers, scheduler, send, store, parquet)
-    folder = _folder(out)
+    folder = storage.make_folder(out).absolute()
     place = store.rstrip("/") if store else str(folder)
     recipe = Recipe(settings, ("svg", *dict.fromkeys(also)), robot or "dumbo", None if send else place)
     order = Order(recipe, folder, place, send, sidecars, sheet)
@@ -129,15 +130,6 @@ def _check(
         manifest.check_parquet()
     if TRAJECTORY in also:
         load_robot(robot or "dumbo")
-
-
-def _folder(out: str) -> Path:
-    folder = Path(out).absolute()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"{out}: cannot be made a folder ({error.strerror}); choose another --out") from error
-    return folder
 
 
 @contextlib.contextmanager

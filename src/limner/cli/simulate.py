@@ -129,11 +129,7 @@ def simulated(
 
 def write(made: Simulation, pen: Pen, report: dict[str, Any], wanted: Wanted) -> list[str]:
     """Everything wanted of a simulation, as files; their names."""
-    folder = Path(wanted.folder or ".")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"{folder}: no folder can be made there ({error.strerror}); choose another") from error
+    folder = storage.make_folder(wanted.folder or ".")
     written = {
         "ink.svg": pictures.ink_svg(made, pen),
         "ink.png": image.encode_png(pictures.ink_picture(made, pen)),

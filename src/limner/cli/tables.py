@@ -116,9 +116,9 @@ def figures(ctx: click.Context, photos: tuple[str, ...], out: str, save_settings
     settings = options.chosen_settings(ctx, Settings, save_settings)
     pictures = [load_photo(path) for path in photos]
     faces = [choose(find_faces(photo, settings), 1, photo, settings.detect) for photo in pictures]
-    Path(out).mkdir(parents=True, exist_ok=True)
+    folder = storage.make_folder(out)
     written = []
     for name, picture in draw_figures(pictures, faces, settings).items():
-        written.append(str(Path(out) / f"figure-{name}.png"))
+        written.append(str(folder / f"figure-{name}.png"))
         storage.write_whole(written[-1], to_png(picture))
     click.echo(json.dumps({"out": written}) if as_json else "\n".join(written), err=not as_json)

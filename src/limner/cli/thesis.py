@@ -59,11 +59,7 @@ def thesis(
         raise BadInput(f"evaluate thesis: {len(named)} photos; give 1 to {MOST_PHOTOS} portraits")
     pictures = [load_photo(path) for path in named]
     faces = [choose(find_faces(photo, settings), 1, photo, settings.detect) for photo in pictures]
-    page = Path(out) / "index.html"
-    try:
-        page.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"{out}: no folder can be made there ({error.strerror}); choose another") from error
+    page = storage.make_folder(out) / "index.html"
     with bars() as watch:
         made = sections(Sources(pictures, faces, imm or "", data or "", models), settings, watch)
     storage.write_whole(page, to_html(TITLE, LEAD, made))

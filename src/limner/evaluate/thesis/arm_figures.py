@@ -37,9 +37,6 @@ Rgb = NDArray[np.uint8]
 THESIS_S_PER_POINT = 1.5
 """Section 4.4."""
 
-THESIS_MINUTES = {2500: 60.0, 1250: 30.0, 600: 20.0, 250: 20.0}
-"""Points -> minutes that the thesis says it took (figures 4.4 and 4.5, section 4.4)."""
-
 INK, DOT = (20, 20, 24), (196, 62, 30)
 _SHIFT = 4
 _ENLARGED, _AROUND_PX = 3, 8.0

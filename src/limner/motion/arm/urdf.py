@@ -24,9 +24,6 @@ ASSUMED_ACCELERATION = 1.0
 ASSUMED_JERK = 15.0
 """rad/s^3 (or m/s^3), likewise."""
 
-ASSUMED_RADIUS_M = 0.05
-"""Of a link whose shape is a mesh or missing."""
-
 CONTINUOUS_RAD = 2 * math.pi
 """What a joint without limits may turn, both ways: cables do not turn for ever."""
 
