@@ -65,7 +65,7 @@ def _in_archive(data: bytes, chance: random.Random) -> bytes:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = [(name, archive.read(name)) for name in archive.namelist()]
-    except Exception:  # what was made wrong before cannot be opened again
+    except Exception:  # of damaged archives zipfile raises errors of many kinds
         return _flip(data, chance, [])
     k = chance.randrange(len(members)) if members else 0
     if members:

@@ -50,7 +50,7 @@ def run(name: str, executions: int, seed: int = 0, cpu_s: float = float("inf")) 
         outcome.executions += 1
         try:
             outcome.accepted += check(reader, data)
-        except Exception as error:
+        except Exception as error:  # whatever it is, it is a finding
             frames = traceback.extract_tb(error.__traceback__)
             ours = [frame for frame in frames if "/limner/" in frame.filename] or frames
             place = f"{type(error).__name__} {ours[-1].filename.rpartition('/src/')[2]}:{ours[-1].lineno}"

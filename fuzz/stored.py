@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from fuzz.contract import Broken
 from limner import storage
 from limner.errors import LimnerError
@@ -9,7 +12,7 @@ from limner.targets import joints
 from limner.types import JointTrajectory
 
 
-def _each(read, data):  # type: ignore[no-untyped-def]
+def _each(read: Callable[[type[Any], bytes], Any], data: bytes) -> None:
     for kind in storage.STORED:
         try:
             value = read(kind, data)

@@ -328,10 +328,10 @@ def test_another_network_is_refused_even_if_trusted(models, settings):
 @pytest.mark.parametrize("mesh_", [np.full((468, 3), np.nan), np.zeros((468, 3)), np.full((468, 3), 1e30)])
 def test_a_network_gone_mad_is_refused(photo, settings, monkeypatch, mesh_):
     class Mad:
-        def setInput(self, values):  # noqa: N802
+        def setInput(self, values):  # noqa: N802 - OpenCV's own name
             assert values.shape == (1, 3, 192, 192)
 
-        def getUnconnectedOutLayersNames(self):  # noqa: N802
+        def getUnconnectedOutLayersNames(self):  # noqa: N802 - OpenCV's own name
             return ("points", "flag")
 
         def forward(self, names):

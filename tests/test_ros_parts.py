@@ -401,7 +401,7 @@ class Master:
     def lookupNode(self, name, other):  # noqa: N802  (the master's own names)
         return (1, "", "http://node") if self.topics else (-1, "", "")
 
-    def registerPublisher(self, name, topic, kind, uri):  # noqa: N802
+    def registerPublisher(self, name, topic, kind, uri):  # noqa: N802  (likewise)
         if self.topics and self.breaks:
             self.breaks -= 1
             raise ConnectionResetError("the master is restarted once more")

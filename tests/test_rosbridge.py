@@ -70,7 +70,10 @@ def arm(tmp_path):
         try:
             with fake:
                 device = driver(fake.port, settings)
-                draw = lambda place: Place(place.stroke + device.draw(place.stroke, lambda: control.stop))  # noqa: E731
+
+                def draw(place):
+                    return Place(place.stroke + device.draw(place.stroke, lambda: control.stop))
+
                 return fake, drive(device, draw, DRAWN, journal, control, watch), journal
         finally:
             journal.close()

@@ -22,7 +22,14 @@ from numpy.typing import NDArray
 from limner.errors import BadInput, LimnerError
 from limner.types import Drawing, EdgeMap, Face, JointTrajectory, Page, Pen, PenPath, Photo, Strokes
 
-T = TypeVar("T")
+
+class _Fields(typing.Protocol):
+    """Whatever is a dataclass."""
+
+    __dataclass_fields__: typing.ClassVar[dict[str, Any]]
+
+
+T = TypeVar("T", bound=_Fields)
 
 STORED = (Photo, Face, EdgeMap, Strokes, Drawing, PenPath, JointTrajectory)
 """The types that can be saved and loaded."""
@@ -123,7 +130,7 @@ def from_fields(kind: type[T], fields: Any) -> T:
     Raises:
         BadInput: a field is missing, unknown, or has another shape.
     """
-    names = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
+    names = [field.name for field in dataclasses.fields(kind)]
     known = {*names, "pen"} if kind is Drawing else set(names)
     if not isinstance(fields, Mapping) or not set(fields) <= known:
         unknown = sorted(set(map(str, fields)) - known) if isinstance(fields, Mapping) else type(fields).__name__

@@ -66,7 +66,7 @@ def _hand_on(done: Future[tuple[bool, Any]], outcome: Future[Any]) -> None:
         return
     try:
         good, result = done.result()
-    except BaseException as error:
+    except BaseException as error:  # calling off too goes on to who waits
         outcome.set_exception(error)
         return
     if good:
@@ -92,7 +92,7 @@ def _threads(client: Any, address: str) -> int:
         raise BadInput(f"--scheduler {address}: has no workers; start some with `dask worker {address} --nthreads 1`")
     try:
         versions = client.run(_version)
-    except Exception as error:
+    except Exception as error:  # whatever a worker raises that lacks it
         raise BadInput(f"--scheduler {address}: its workers lack limner {__version__} ({error})") from error
     if other := {name: version for name, version in versions.items() if version != __version__}:
         name, version = next(iter(other.items()))

@@ -47,7 +47,7 @@ def local_engine(workers: int) -> Iterator[Engine]:
     executor = Workers(workers)
     try:
         yield Engine(executor, workers)
-    except BaseException:
+    except BaseException:  # whatever ends it, Ctrl-C too
         executor.shutdown(cancel_futures=True)
         raise
     executor.shutdown()

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import io
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -50,9 +51,8 @@ _WHOLE, _REAL = ("faces", "strokes", "points"), ("ink_mm", "travel_mm", "seconds
 class Manifest:
     """A CSV file that has whole rows only, at any time; a name that is no UTF-8 is written with escapes."""
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._file = open(path, "wb", buffering=0)  # noqa: SIM115 - closed by ``written``
+    def __init__(self, path: Path, file: io.FileIO) -> None:
+        self._path, self._file = path, file
         self._put(",".join(COLUMNS) + "\r\n")
 
     @classmethod
@@ -63,12 +63,12 @@ class Manifest:
         Raises:
             BadInput: it cannot be written.
         """
-        try:
-            manifest = cls(path)
-        except OSError as error:
-            raise BadInput(f"{path}: cannot be written ({error.strerror}); choose another place") from error
-        with manifest._file:
-            yield manifest
+        with ExitStack() as held:
+            try:
+                file = held.enter_context(open(path, "wb", buffering=0))
+            except OSError as error:
+                raise BadInput(f"{path}: cannot be written ({error.strerror}); choose another place") from error
+            yield cls(path, file)
 
     def add(self, row: Row) -> None:
         """Write a row.
@@ -101,7 +101,7 @@ def check_parquet() -> None:
         MissingExtra: pyarrow is not installed.
     """
     try:
-        import pyarrow.parquet  # noqa: F401 - is it there?
+        importlib.import_module("pyarrow.parquet")
     except ImportError as error:
         raise MissingExtra("--parquet", "cluster") from error
 

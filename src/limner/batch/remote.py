@@ -32,7 +32,7 @@ def listed(url: str, suffixes: Sequence[str]) -> Iterator[str]:
         names = [system.unstrip_protocol(name) for name in sorted(found)]
     except LimnerError:
         raise
-    except Exception as error:
+    except Exception as error:  # each kind of store has errors of its own
         raise BadInput(f"{url}: cannot be listed ({_said(error)})") from error
     yield from (name for name in names if name.lower().endswith(tuple(suffixes)))
 
@@ -50,7 +50,7 @@ def read(url: str, limit: int) -> bytes:
             data: bytes = file.read(limit + 1)
     except LimnerError:
         raise
-    except Exception as error:
+    except Exception as error:  # each kind of store has errors of its own
         raise BadInput(f"{url}: cannot be read ({_said(error)})") from error
     if len(data) > limit:
         raise BadInput(f"{url}: larger than {limit // 2**20} MB, the limit for such a file")
@@ -64,7 +64,7 @@ def stamp(url: str) -> str | None:
         told: dict[str, Any] = system.info(path)
     except LimnerError:
         raise
-    except Exception:
+    except Exception:  # likewise; reading it will say what is wrong
         return None
     mark = next((told[name] for name in _STAMPS if told.get(name)), None)
     return None if mark is None else f"{told.get('size')} {mark}"
@@ -86,7 +86,7 @@ def write(url: str, data: bytes) -> None:
             system.pipe_file(path, data)
     except LimnerError:
         raise
-    except Exception as error:
+    except Exception as error:  # each kind of store has errors of its own
         raise BadInput(f"{url}: cannot be written ({_said(error)}); choose another place") from error
 
 

@@ -111,7 +111,7 @@ def draw_one(job: Job, recipe: Recipe) -> Drawn:
         return _failed(str(error), start, not isinstance(error, MissingExtra | source.Unread))
     except MemoryError:
         return _failed("not enough memory for this photo", start, False)
-    except Exception as error:
+    except Exception as error:  # a bug at one photo is not the end of the others
         return _failed(f"a bug in limner: {type(error).__name__}: {error}", start, False)
     figures = _figures(portrait) | {"seconds": time.perf_counter() - start}
     for name, data in files.items() if recipe.out is not None else ():

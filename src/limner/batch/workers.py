@@ -164,12 +164,12 @@ def answer(fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> tuple[bool, 
     hold_threads()
     try:
         return True, fn(*args, **kwargs)
-    except Exception as error:
+    except Exception as error:  # whatever it is goes on to who waits
         # What led to it may hold anything, open files too.
         error.__cause__ = error.__context__ = None
         bare = error.with_traceback(None)
     try:
         pickle.loads(pickle.dumps(bare))
-    except Exception:
+    except Exception:  # whatever copying its parts leads to
         return False, RuntimeError(f"{type(bare).__name__}: {bare}")
     return False, bare

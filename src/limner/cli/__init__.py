@@ -106,7 +106,7 @@ def main() -> NoReturn:
             click.echo(f"limner: {note}", err=True)
     except MemoryError:
         code = _say("not enough memory for this; try a smaller photo or --crop", 4, debug)
-    except Exception as error:
+    except Exception as error:  # whatever else: a bug is one line too
         code = _say(
             f"a bug in limner: {type(error).__name__}: {error}; run it again with --debug and report it", 1, debug
         )

@@ -137,10 +137,10 @@ def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
         WebSocketRoute("/ws/operator", functools.partial(_socket, studio=studio)),
         *([Mount("/", StaticFiles(directory=PAGE))] if PAGE.is_dir() else []),
     ]
-    errors = {LimnerError: _limner_error, HTTPException: _http_error, Exception: _bug}
+    errors: dict[Any, Any] = {LimnerError: _limner_error, HTTPException: _http_error, Exception: _bug}
     described = document(routes)
     routes.insert(0, Route("/api/openapi.json", lambda request: JSONResponse(described)))
-    app = Starlette(routes=routes, lifespan=life, exception_handlers=errors)  # type: ignore[arg-type]
+    app = Starlette(routes=routes, lifespan=life, exception_handlers=errors)
     return Guard(app, studio.visitors, tokens, names)
 
 

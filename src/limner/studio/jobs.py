@@ -195,8 +195,7 @@ class Jobs:
             self._post(self._ended, ended.stroke)
         except LimnerError as error:
             self._post(self._failed, str(error))
-        # A bug in a driver must not leave a job that runs for ever.
-        except Exception as error:
+        except Exception as error:  # a bug in a driver must not leave a job that runs for ever
             self._post(self._failed, f"a bug in limner: {type(error).__name__}: {error}")
 
     def _post(self, call: Callable[..., None], *arguments: Any) -> None:

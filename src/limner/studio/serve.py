@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import importlib
 import ipaddress
 import secrets
 import socket
@@ -53,7 +54,8 @@ def serve(
     """
     try:
         import uvicorn
-        import websockets  # noqa: F401  (uvicorn answers no WebSocket without it, and says so nowhere)
+
+        importlib.import_module("websockets")  # uvicorn answers no WebSocket without it, and says so nowhere
 
         from limner.studio.app import MESSAGE_BYTES, assembled, build
     except ImportError as error:

@@ -71,6 +71,5 @@ class _Tasks:
             return MISSING, error.args[0]
         except MemoryError:
             return FAILED, ("CannotDraw", "not enough memory for this; try a smaller photo")
-        # Whatever a task stumbles over, the next one is another's.
-        except Exception as error:
+        except Exception as error:  # whatever a task stumbles over, the next one is another's
             return FAILED, ("LimnerError", f"a bug in limner: {type(error).__name__}: {error}")

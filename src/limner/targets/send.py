@@ -110,7 +110,7 @@ def drive(
         raise
     except DeviceFailed as error:
         raise DeviceFailed(f"{error}; {_after(device, journal, strokes, resume)}") from error
-    except BaseException:
+    except BaseException:  # whatever ends it, Ctrl-C too, the pen goes up
         device.abort()
         raise
     finally:

@@ -139,10 +139,9 @@ def _tidied(root: ElementTree.Element) -> bytes:
 def _parse(data: bytes, name: str) -> SVG:
     from svgelements import SVG
 
-    # The library raises whatever type odd attributes lead it to.
     try:
         root = SVG.parse(io.BytesIO(data), ppi=96)
-    except Exception as error:
+    except Exception as error:  # the library raises whatever odd attributes lead it to
         raise BadInput(f"{name}: cannot be understood as SVG ({' '.join(str(error).split())[:120]})") from error
     if not isinstance(root, SVG):
         raise BadInput(f"{name}: is no SVG; it does not say xmlns='http://www.w3.org/2000/svg'")
@@ -168,10 +167,9 @@ def _strokes(root: SVG, mm_per_px: float) -> Iterator[tuple[Floats, Shape]]:
 def _path(shape: Shape) -> Path:
     from svgelements import Path
 
-    # Here too the library raises whatever type a length in a unit that means nothing leads it to.
     try:
         return Path(shape)
-    except Exception as error:
+    except Exception as error:  # likewise for lengths in units that mean nothing
         kind = type(shape).__name__.lower()
         raise BadInput(
             f"a {kind} cannot be understood ({' '.join(str(error).split())[:120]}); give its lengths in mm"

@@ -45,16 +45,15 @@ def _shape(shape: Sequence[int | None]) -> str:
     return "(" + ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
 class Value:
     """A dataclass that is equal to another by content; its fields may hold arrays."""
 
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        fields = dataclasses.fields(self)  # type: ignore[arg-type]
+        fields = dataclasses.fields(self)
         return all(same(getattr(self, f.name), getattr(other, f.name)) for f in fields)
-
-    __hash__ = None  # type: ignore[assignment]
 
     def _freeze(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)

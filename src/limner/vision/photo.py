@@ -185,8 +185,7 @@ def _decoding(name: str) -> Iterator[None]:
             raise BadInput(
                 f"{name}: is no picture that can be read; expected JPEG, PNG, WebP, HEIC, AVIF, TIFF, BMP or GIF"
             ) from error
-        # Decoders raise whatever type broken bytes lead them to.
-        except Exception as error:
+        except Exception as error:  # decoders raise whatever broken bytes lead them to
             reason = " ".join(str(error).split())[:120] or type(error).__name__
             raise BadInput(f"{name}: is broken or cut short ({reason}); use a whole copy of it") from error
         finally:
@@ -238,7 +237,8 @@ def _from_image(image: Image.Image, name: str) -> Pixels:
         raise BadInput(f"{name}: has floating-point pixels; save it with 8 or 16 bits a channel")
     image.load()
     if image.mode == "I":
-        low, high = (int(value) for value in image.getextrema()[:2])  # type: ignore[arg-type]
+        values = np.asarray(image)
+        low, high = int(values.min()), int(values.max())
         if low < 0 or high > 65535:
             raise BadInput(f"{name}: has pixels from {low} to {high}; save it with 8 or 16 bits a channel")
     profile = _to_srgb(image)
@@ -313,10 +313,9 @@ def _to_srgb(image: Image.Image) -> ImageCms.ImageCmsTransform | None:
 
 
 def _orientation(image: Image.Image) -> int:
-    # Broken EXIF data is no reason to refuse a good picture, and its parser raises any type of error on it.
     try:
         value = image.getexif().get(_ORIENTATION_TAG, 1)
-    except Exception:
+    except Exception:  # the parser's of broken data, which is no reason to refuse a good picture
         return 1
     return value if value in _TURNS else 1
 

@@ -52,7 +52,8 @@ def grey_face(photo: Photo, face: Face) -> Grey:
 def gradient(image: Image, sigma_px: float) -> tuple[Image, Image]:
     """The slope of a picture along x and along y (H, W) after a Gaussian blur [grey levels per px]."""
     smooth = blurred(image, sigma_px) if sigma_px > 0 else image
-    return tuple(np.asarray(cv2.Sobel(smooth, cv2.CV_32F, dx, 1 - dx, scale=1 / 8), np.float32) for dx in (1, 0))  # type: ignore[return-value]
+    along_x, along_y = (cv2.Sobel(smooth, cv2.CV_32F, dx, 1 - dx, scale=1 / 8) for dx in (1, 0))
+    return np.asarray(along_x, np.float32), np.asarray(along_y, np.float32)
 
 
 def read(image: Image, points: Floats) -> Floats:
