@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import json
 import os
@@ -103,7 +104,9 @@ class World:
             program.kill()
             program.wait()
         for pipe in filter(None, (program.stdin, program.stdout)):
-            pipe.close()
+            # What a program that died was told last cannot be flushed, and must not keep the others from their end.
+            with contextlib.suppress(BrokenPipeError):
+                pipe.close()
 
     def said(self, name):
         return (self.folder / f"{name}.log").read_text(errors="replace")

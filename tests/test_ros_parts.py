@@ -28,7 +28,7 @@ from limner.ros.feed import JointFeed
 from limner.ros.ink import InkTrail
 from limner.ros.simulated import SimulatedArm
 from limner.types import Drawing, Page, Pen, Photo
-from ros_world import need_ros
+from ros_world import World, need_ros
 
 DUMBO = load_robot("dumbo")
 PAGE = Page(148, 210, 10)
@@ -441,6 +441,16 @@ def test_the_desk_takes_strokes_one_by_one(bench):
     bench.desk.add_stroke(np.zeros((0, 2)), PAGE, Pen())
     with pytest.raises(BadInput, match="there is no drawing"):
         bench.desk.plan(Settings(), DUMBO)
+
+
+def test_a_program_that_died_keeps_no_other_from_its_end(tmp_path):
+    world = World(tmp_path)
+    other = world.begin("other", [sys.executable, "-c", "input()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    dead = world.begin("dead", [sys.executable, "-c", ""], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    dead.wait(60)
+    dead.stdin.write("nobody reads this")
+    world.close()
+    assert other.poll() is not None
 
 
 def test_the_action_has_the_sums_that_controllers_expect():
