@@ -1,8 +1,9 @@
-"""Shared fixtures: the folder of data that may lie beside the checkout; which slow tests run."""
+"""Shared fixtures: the folder of data that may lie beside the checkout, the command line; which slow tests run."""
 
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,22 @@ def shared() -> Path:
     if not SHARED.is_dir():
         pytest.skip("needs the folder 'shared' (data and reference numbers) beside the checkout")
     return SHARED
+
+
+@pytest.fixture
+def command(monkeypatch, capfd, tmp_path):
+    """``limner`` in this process, in an empty folder, through its own ``main``: exit code, stdout and stderr."""
+    from limner.cli import main
+
+    def command(*words):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["limner", *map(str, words)])
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main()
+        return ended.value.code, *capfd.readouterr()
+
+    return command
 
 
 def pytest_collection_modifyitems(config, items):

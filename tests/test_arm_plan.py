@@ -1,13 +1,11 @@
 import dataclasses
 import json
-import sys
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
 from limner import storage
-from limner.cli import main
 from limner.errors import BadInput, CannotDraw, NothingToDraw
 from limner.motion.arm.check import check
 from limner.motion.arm.collide import deepest, segment_distance
@@ -269,17 +267,9 @@ def test_the_trajectory_survives_its_files(planned, tmp_path):
 
 
 @pytest.fixture
-def run(monkeypatch, capfd, tmp_path):
-    def run(*arguments):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(sys, "argv", ["limner", *arguments])
-        capfd.readouterr()
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        return exit_.value.code, *capfd.readouterr()
-
+def run(command, tmp_path):
     (tmp_path / "d.json").write_text(storage.to_json(drawing()))
-    return run
+    return command
 
 
 def test_the_command_plans_an_arm(run, tmp_path):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import shutil
 import sqlite3
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,6 @@ import pytest
 
 from arms import LINES, drawing, planned, robot
 from limner import storage, transforms
-from limner.cli import main
 from limner.errors import BadInput, MissingExtra
 from limner.motion.arm.robots import load_robot
 from limner.targets import bag
@@ -279,17 +278,9 @@ def test_rosbag_play_replays_it_in_the_time_of_the_plan(bags, said):
 
 
 @pytest.fixture
-def run(monkeypatch, capfd, tmp_path):
-    def run(*arguments):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(sys, "argv", ["limner", "plan", "d.json", *arguments])
-        capfd.readouterr()
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        return exit_.value.code, *capfd.readouterr()
-
+def run(command, tmp_path):
     storage.save(drawing(), tmp_path / "d.json")
-    return run
+    return functools.partial(command, "plan", "d.json")
 
 
 def test_the_command_writes_bags_over_those_that_are_there(run, tmp_path, bags):

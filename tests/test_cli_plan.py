@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import sys
 
 import pytest
 
 import limner
 from drawings import of, segments
-from limner.cli import main
 from limner.cli.plan import clock
 from limner.motion.cost import seconds
 from limner.motion.machine import MACHINES, load_machine
@@ -19,18 +17,9 @@ DRAWING = of([[30, 30], [120, 30], [120, 180]], [[40, 60]], [[40, 100], [90, 150
 
 
 @pytest.fixture
-def run(monkeypatch, capfd, tmp_path):
-    def run(*arguments):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(sys, "argv", ["limner", *map(str, arguments)])
-        capfd.readouterr()
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        out, err = capfd.readouterr()
-        return exit_.value.code, out, err
-
+def run(command, tmp_path):
     (tmp_path / "d.svg").write_bytes(limner.to_svg(DRAWING))
-    return run
+    return command
 
 
 def test_it_tells_time_travel_and_lifts(run):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import pty
@@ -16,7 +17,6 @@ import pytest
 
 import limner
 from drawings import of
-from limner.cli import main
 from limner.targets.fake import Fault
 from limner.targets.fake_grbl import FakeGrbl
 from limner.targets.journal import unfinished
@@ -26,18 +26,9 @@ LONG = of(*[[[10 + 5 * k, 10], [10 + 5 * k, 50], [12 + 5 * k, 50]] for k in rang
 
 
 @pytest.fixture
-def run(monkeypatch, capfd, tmp_path):
-    def run(*arguments):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(sys, "argv", ["limner", "send", *map(str, arguments)])
-        capfd.readouterr()
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        out, err = capfd.readouterr()
-        return exit_.value.code, out, err
-
+def run(command, tmp_path):
     (tmp_path / "d.svg").write_bytes(limner.to_svg(LONG))
-    return run
+    return functools.partial(command, "send")
 
 
 @pytest.mark.parametrize("to", ["fake:", "fake:grbl", "fake:ebb"])

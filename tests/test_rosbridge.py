@@ -19,7 +19,7 @@ import pytest
 
 from arms import DRAWN, planned, robot, route
 from limner import storage
-from limner.cli import jobs, main
+from limner.cli import jobs
 from limner.errors import BadInput, DeviceFailed, MissingExtra
 from limner.targets import bridge as bridge_module
 from limner.targets.bridge import Bridge, BridgeAddress, parse_bridge
@@ -372,21 +372,13 @@ def test_the_fake_finds_breaches():
 
 
 @pytest.fixture
-def run(monkeypatch, capfd, tmp_path):
-    def run(*arguments):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(jobs, "Rosbridge", functools.partial(Rosbridge, silence_s=20.0, clock=arm_clock))
-        monkeypatch.setattr(sys, "argv", ["limner", "send", *arguments])
-        capfd.readouterr()
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        return exit_.value.code, *capfd.readouterr()
-
+def run(command, monkeypatch, tmp_path):
+    monkeypatch.setattr(jobs, "Rosbridge", functools.partial(Rosbridge, silence_s=20.0, clock=arm_clock))
     storage.save(planned().trajectory, tmp_path / "m.json")
     motion = planned().trajectory
     fast = {name: getattr(motion, name) for name in ("names", "q", "qd", "qdd", "down", "stroke")}
     storage.save(type(motion)(t_s=motion.t_s / 2, **fast), tmp_path / "fast.json")
-    return run
+    return functools.partial(command, "send")
 
 
 def test_the_command_draws_on_a_fake(run, tmp_path):

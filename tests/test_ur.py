@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import socket
-import sys
 import threading
 import time
 
@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from limner import storage
-from limner.cli import main
 from limner.errors import BadInput, CannotDraw, DeviceFailed, NothingToDraw
 from limner.motion.arm.check import check
 from limner.motion.arm.legs import legs
@@ -260,18 +259,10 @@ def test_the_fake_finds_breaches(robot):
 
 
 @pytest.fixture
-def run(monkeypatch, capfd, tmp_path, motion):
-    def run(*arguments):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(sys, "argv", ["limner", "send", *arguments])
-        capfd.readouterr()
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        return exit_.value.code, *capfd.readouterr()
-
+def run(command, tmp_path, motion):
     storage.save(motion, tmp_path / "m.npz")
     storage.save(dataclasses.replace(motion, q=motion.q * 1.5), tmp_path / "altered.npz")
-    return run
+    return functools.partial(command, "send")
 
 
 def test_the_command_draws_on_a_fake(run, tmp_path):
