@@ -18,8 +18,9 @@ from limner.types import Photo
 from limner.vision.cartoon.abstraction import AbstractionSettings, abstract, edges, on_levels
 from limner.vision.cartoon.film import cartoon_frames, frames, steadied
 from limner.vision.palette import inks, nearest, to_lab, to_pens, to_rgb
-from portraits import astronaut
+from portraits import astronaut, darkness_inked
 
+PHOTO, FACE = astronaut()
 PLAIN = AbstractionSettings()
 
 
@@ -37,18 +38,8 @@ def scene():
 
 
 @pytest.fixture(scope="module")
-def photo():
-    return astronaut()[0]
-
-
-@pytest.fixture(scope="module")
-def face():
-    return astronaut()[1]
-
-
-@pytest.fixture(scope="module")
-def drawn(photo, face):
-    return limner.draw(photo, face=face, style="cartoon")
+def drawn():
+    return limner.draw(PHOTO, face=FACE, style="cartoon")
 
 
 def test_lightness_on_levels_keeps_order_and_flat_places():
@@ -135,17 +126,17 @@ def test_pens_of_one_colour_have_names_of_their_own():
     assert len(set(names)) == 3
 
 
-def test_it_is_drawn_in_as_many_pens_as_asked(photo, face, drawn):
+def test_it_is_drawn_in_as_many_pens_as_asked(drawn):
     assert len(drawn.drawing.pens) == 4
     assert drawn.drawing.pens[0].rgb == (0, 0, 0)
     assert set(drawn.drawing.layer.tolist()) <= set(range(4))
     assert len(set(drawn.drawing.layer.tolist())) >= 3
-    one = limner.draw(photo, face=face, style="cartoon", cartoon__pens=1)
+    one = limner.draw(PHOTO, face=FACE, style="cartoon", cartoon__pens=1)
     assert one.drawing.pens == (limner.Pen(),)
 
 
-def test_it_is_deterministic_within_the_photo_and_the_page(photo, face, drawn):
-    again = limner.draw(photo, face=face, style="cartoon")
+def test_it_is_deterministic_within_the_photo_and_the_page(drawn):
+    again = limner.draw(PHOTO, face=FACE, style="cartoon")
     assert again.drawing == drawn.drawing
     points, page = np.concatenate(drawn.drawing.lines_mm), drawn.drawing.page
     assert points.min() >= page.margin_mm - 1e-6
@@ -153,25 +144,14 @@ def test_it_is_deterministic_within_the_photo_and_the_page(photo, face, drawn):
 
 
 @pytest.mark.parametrize("points", [150, 600])
-def test_budgets_are_kept(photo, face, points):
-    drawing = limner.draw(photo, face=face, style="cartoon", points=points).drawing
+def test_budgets_are_kept(points):
+    drawing = limner.draw(PHOTO, face=FACE, style="cartoon", points=points).drawing
     assert points * 0.8 <= drawing.points <= points
     assert "eye" in drawing.region
 
 
-def test_more_ink_where_it_is_darker(photo, face, drawn):
-    """Fill-in follows darkness: on the figure's tiles, ink and darkness go together."""
-    grey = cv2.cvtColor(photo.rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    ink = np.zeros(grey.shape, np.uint8)
-    for line in drawn.strokes.lines_px:
-        cv2.polylines(ink, [np.rint(line).astype(np.int32)], False, (1,), max(1, round(0.02 * face.outer_eye_px)))
-    tile = max(4, round(0.3 * face.outer_eye_px))
-    x0, y0, x1, y1 = np.clip(np.rint(face.box_px).astype(int), 0, None)
-    size = ((x1 - x0) // tile, (y1 - y0) // tile)
-    dark, inked = (
-        cv2.resize(image[y0:y1, x0:x1].astype(np.float32), size, interpolation=cv2.INTER_AREA) for image in (grey, ink)
-    )
-    assert np.corrcoef(-dark.ravel(), inked.ravel())[0, 1] > 0.3
+def test_more_ink_where_it_is_darker(drawn):
+    assert darkness_inked(drawn, 0.02 * drawn.face.outer_eye_px) > 0.3
 
 
 def test_its_picture_has_the_photos_size_and_fewer_lightnesses(drawn):
@@ -181,10 +161,10 @@ def test_its_picture_has_the_photos_size_and_fewer_lightnesses(drawn):
         dataclasses.replace(drawn, settings=Settings(style="canny")).picture()
 
 
-def test_a_large_photo_has_a_smaller_picture(photo, face):
-    large = Photo(cv2.resize(photo.rgb, (2000, 1500)))
-    grow = np.array([2000, 1500]) / photo.size_px
-    bigger = dataclasses.replace(face, points_px=face.points_px * grow, box_px=face.box_px * np.tile(grow, 2))
+def test_a_large_photo_has_a_smaller_picture():
+    large = Photo(cv2.resize(PHOTO.rgb, (2000, 1500)))
+    grow = np.array([2000, 1500]) / PHOTO.size_px
+    bigger = dataclasses.replace(FACE, points_px=FACE.points_px * grow, box_px=FACE.box_px * np.tile(grow, 2))
     assert limner.draw_picture(large, bigger, "cartoon", Settings()).shape == (1200, 1600, 3)
 
 

@@ -10,8 +10,9 @@ import limner
 from limner.vision.painterly.brush import paint, spline
 from limner.vision.painterly.settings import MANNERS, PainterlySettings
 from limner.vision.painterly.style import importance, painted
-from portraits import astronaut
+from portraits import astronaut, darkness_inked
 
+PHOTO, FACE = astronaut()
 UNIT = 100.0
 
 
@@ -23,18 +24,8 @@ def stripes(size=160):
 
 
 @pytest.fixture(scope="module")
-def photo():
-    return astronaut()[0]
-
-
-@pytest.fixture(scope="module")
-def face():
-    return astronaut()[1]
-
-
-@pytest.fixture(scope="module")
-def drawn(photo, face):
-    return limner.draw(photo, face=face, style="painterly")
+def drawn():
+    return limner.draw(PHOTO, face=FACE, style="painterly")
 
 
 def everywhere(picture, worth=1.0):
@@ -102,10 +93,10 @@ def test_chance_is_the_seeds():
     assert not np.array_equal(first.canvas, other.canvas)
 
 
-def test_it_is_finest_on_the_features(photo, face):
+def test_it_is_finest_on_the_features():
     grow = 2.0
-    large = limner.Photo(cv2.resize(photo.rgb, None, fx=grow, fy=grow))
-    larger = dataclasses.replace(face, points_px=face.points_px * grow, box_px=face.box_px * grow)
+    large = limner.Photo(cv2.resize(PHOTO.rgb, None, fx=grow, fy=grow))
+    larger = dataclasses.replace(FACE, points_px=FACE.points_px * grow, box_px=FACE.box_px * grow)
     worth = importance(larger, large.rgb.shape[:2], PainterlySettings())
     eye, corner = larger.points_px[36:42].mean(axis=0).astype(int), (5, 5)
     assert worth[eye[1], eye[0]] > 2 * worth[corner[1], corner[0]]
@@ -116,41 +107,31 @@ def test_it_is_finest_on_the_features(photo, face):
     assert fault(careful.canvas[box], large.rgb[box]) < 0.9 * fault(plain.canvas[box], large.rgb[box])
 
 
-def test_lines_are_deterministic_and_stay_on_the_page(photo, face, drawn):
-    assert limner.draw(photo, face=face, style="painterly").drawing == drawn.drawing
+def test_lines_are_deterministic_and_stay_on_the_page(drawn):
+    assert limner.draw(PHOTO, face=FACE, style="painterly").drawing == drawn.drawing
     points, page = np.concatenate(drawn.drawing.lines_mm), drawn.drawing.page
     assert points.min() >= page.margin_mm - 1e-6
     assert (points <= np.array([page.width_mm, page.height_mm]) - page.margin_mm + 1e-6).all()
     assert len(drawn.drawing.pens) == 4
 
 
-def test_one_pen_draws_it_all_in_black(photo, face):
-    assert limner.draw(photo, face=face, style="painterly", painterly__pens=1).drawing.pens == (limner.Pen(),)
+def test_one_pen_draws_it_all_in_black():
+    assert limner.draw(PHOTO, face=FACE, style="painterly", painterly__pens=1).drawing.pens == (limner.Pen(),)
 
 
 @pytest.mark.parametrize("points", [200, 800])
-def test_budgets_are_kept(photo, face, points):
-    drawing = limner.draw(photo, face=face, style="painterly", points=points).drawing
+def test_budgets_are_kept(points):
+    drawing = limner.draw(PHOTO, face=FACE, style="painterly", points=points).drawing
     assert points * 0.8 <= drawing.points <= points
     assert "eye" in drawing.region
 
 
-def test_more_ink_where_it_is_darker(photo, face, drawn):
-    grey = cv2.cvtColor(photo.rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    ink = np.zeros(grey.shape, np.uint8)
-    for line in drawn.strokes.lines_px:
-        cv2.polylines(ink, [np.rint(line).astype(np.int32)], False, (1,))
-    tile = max(4, round(0.3 * face.outer_eye_px))
-    x0, y0, x1, y1 = np.clip(np.rint(face.box_px).astype(int), 0, None)
-    size = ((x1 - x0) // tile, (y1 - y0) // tile)
-    dark, inked = (
-        cv2.resize(image[y0:y1, x0:x1].astype(np.float32), size, interpolation=cv2.INTER_AREA) for image in (grey, ink)
-    )
-    assert np.corrcoef(-dark.ravel(), inked.ravel())[0, 1] > 0.3
+def test_more_ink_where_it_is_darker(drawn):
+    assert darkness_inked(drawn) > 0.3
 
 
-def test_its_picture_is_like_the_photo(photo, drawn):
+def test_its_picture_is_like_the_photo(drawn):
     picture = drawn.picture()
-    assert picture.shape[0] > photo.rgb.shape[0]
-    assert 2 < fault(cv2.resize(picture, photo.size_px, interpolation=cv2.INTER_AREA), photo.rgb) < 20
+    assert picture.shape[0] > PHOTO.rgb.shape[0]
+    assert 2 < fault(cv2.resize(picture, PHOTO.size_px, interpolation=cv2.INTER_AREA), PHOTO.rgb) < 20
     assert np.array_equal(picture, drawn.picture())
