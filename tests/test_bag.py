@@ -102,7 +102,7 @@ def test_ink_grows_to_the_whole_drawing(said):
     for message in with_topic(said, "/ink"):
         points = np.array([[p["x"], p["y"]] for p in message.fields["points"]]) * 1000
         before = grown.get(message.fields["id"], points[:0])
-        if message.fields["type"] == 4:
+        if message.fields["type"] == 4 and len(before) > 1:
             assert np.array_equal(points[: len(before)], before), "what is drawn stays"
         grown[message.fields["id"]] = points
     assert list(grown) == list(range(len(LINES))), "a dot is ink too"
@@ -120,21 +120,17 @@ def test_a_controller_may_take_the_trajectory(said):
     assert max(np.diff(t)) <= 0.0201e9
     assert message.fields["header"]["stamp"] == {"sec": 0, "nanosec": 0}, "begins when it arrives"
     assert np.array_equal(points[0]["positions"], robot().pose("safe"))
-    for name, limit in (("velocities", robot().velocity), ("accelerations", robot().acceleration)):
-        values = np.array([p[name] for p in points])
-        assert (np.abs(values) <= 1.01 * limit).all()
+    assert (np.abs([p["velocities"] for p in points]) <= 1.01 * robot().velocity).all()
+    assert not any(p["accelerations"] for p in points), "with these, controllers lay quintics, not the cubics checked"
     assert not np.any(points[-1]["velocities"])
 
 
 def test_what_a_controller_interpolates_stays_on_the_path():
-    """Between its points ros_control lays quintics: tip and limits as in the plan, in the middle of every step."""
+    """Between points without accelerations ros_control lays cubics: the tip as planned, in the middle of every step."""
     points = controller_points(planned().trajectory)
-    t = points.time_ns / 1e9
-    step = np.diff(t)[:, None]
-    q, v, a = points.q, points.qd, points.qdd
-    middle = (q[:-1] + q[1:]) / 2 + step * (v[:-1] - v[1:]) * 5 / 32 + step**2 * (a[:-1] + a[1:]) / 64
-    speed = (q[1:] - q[:-1]) / step * 15 / 8 - (v[:-1] + v[1:]) * 7 / 16 + step * (a[1:] - a[:-1]) / 32
-    assert (np.abs(speed) <= 1.02 * robot().velocity).all()
+    step = np.diff(points.time_ns / 1e9)[:, None]
+    q, v = points.q, points.qd
+    middle = (q[:-1] + q[1:]) / 2 + step * (v[:-1] - v[1:]) / 8
     tips = robot().forward(q)[:, :3, 3]
     off = robot().forward(middle)[:, :3, 3] - (tips[:-1] + tips[1:]) / 2
     sagitta = np.linalg.norm(off, axis=1) * 1000

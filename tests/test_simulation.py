@@ -14,7 +14,8 @@ from limner.motion.arm.place import PlaceSettings
 from limner.motion.arm.plan import ArmSettings, plan_arm
 from limner.motion.arm.robot import Capsule
 from limner.motion.arm.robots import load_robot
-from limner.simulation.commands import commands, hermite
+from limner.motion.arm.spline import hermite
+from limner.simulation.commands import commands
 from limner.simulation.film import RATE, camera, frames, to_film
 from limner.simulation.ink import widths
 from limner.simulation.outcome import distance_mm, follow, simulate
@@ -82,7 +83,7 @@ def test_one_straight_stroke_tells_its_sheet_by_the_pen(planned):
     straight = Drawing((np.array([[60.0, 100.0], [90.0, 100.0]]),), ("face",), np.ones(1))
     plan = plan_arm(straight, planned.robot, ArmSettings(place=PlaceSettings(at="-0.25,0.4,-0.3,90")))
     found = find_sheet(plan.trajectory, plan.robot, PRESS_MM, straight)
-    assert np.allclose(found.base_from_paper, plan.placement.base_from_paper, atol=1e-3)
+    assert np.allclose(found.base_from_paper, plan.placement.base_from_paper, atol=2e-3)
 
 
 def test_another_drawing_is_refused(planned, drawing):
@@ -105,7 +106,7 @@ def test_a_fault_moves_the_paper_as_it_says():
 
 def test_commands_follow_the_motion_and_come_late_when_told_so(planned):
     t = np.arange(0, float(planned.trajectory.t_s[-1]), 0.001)
-    q, qd = hermite(planned.trajectory, t)
+    q, qd, _ = hermite(planned.trajectory, t)
     told, speed = commands(planned.trajectory, planned.robot, SimulationSettings(), t)
     assert np.abs(told - q).max() < 1e-3
     assert np.abs(speed - qd).max() < 0.05

@@ -97,11 +97,11 @@ def fill_motion(message: Any, motion: JointTrajectory, point: Any, duration: Any
         BadInput: no controller would take it.
     """
     points = controller_points(motion)
-    rows = zip(points.time_ns.tolist(), points.q.tolist(), points.qd.tolist(), points.qdd.tolist(), strict=True)
+    rows = zip(points.time_ns.tolist(), points.q.tolist(), points.qd.tolist(), strict=True)
     message.joint_names = list(points.names)
     message.points = [
-        point(positions=q, velocities=qd, accelerations=qdd, effort=[], time_from_start=duration(0, time_ns))
-        for time_ns, q, qd, qdd in rows
+        point(positions=q, velocities=qd, accelerations=[], effort=[], time_from_start=duration(0, time_ns))
+        for time_ns, q, qd in rows
     ]
     return message
 

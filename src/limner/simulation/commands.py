@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from limner.motion.arm.robot import Robot
+from limner.motion.arm.spline import hermite
 from limner.simulation.settings import SimulationSettings
 from limner.types import Floats, JointTrajectory
 
@@ -22,7 +23,7 @@ def commands(
     """
     fault = settings.fault
     sent = np.arange(0.0, trajectory.t_s[-1] + 1 / settings.command_hz, 1 / settings.command_hz)
-    q, qd = hermite(trajectory, sent)
+    q, qd, _ = hermite(trajectory, sent)
     q = q + _misses(trajectory, robot, settings, sent, q)
     late = np.random.default_rng([fault.seed, 1]).uniform(0, fault.jitter_ms / 1000, len(sent))
     late[0] = 0.0
@@ -31,18 +32,6 @@ def commands(
     ahead = np.minimum(t_s - arrived[last], 2 / settings.command_hz)
     told = q[last] + qd[last] * ahead[:, None]
     return told, qd[last] if settings.feed_forward else np.zeros_like(told)
-
-
-def hermite(trajectory: JointTrajectory, t_s: Floats) -> tuple[Floats, Floats]:
-    """Positions and velocities (m, dof) at times (m,): cubics through the samples, as a controller goes."""
-    times = np.clip(t_s, trajectory.t_s[0], trajectory.t_s[-1])
-    i = np.clip(np.searchsorted(trajectory.t_s, times, side="right") - 1, 0, max(0, len(trajectory.t_s) - 2))
-    j = np.minimum(i + 1, len(trajectory.t_s) - 1)
-    h = np.maximum(trajectory.t_s[j] - trajectory.t_s[i], 1e-12)[:, None]
-    s = np.clip((times - trajectory.t_s[i])[:, None] / h, 0, 1)
-    q0, q1, v0, v1 = trajectory.q[i], trajectory.q[j], h * trajectory.qd[i], h * trajectory.qd[j]
-    c2, c3 = 3 * (q1 - q0) - 2 * v0 - v1, 2 * (q0 - q1) + v0 + v1
-    return q0 + s * (v0 + s * (c2 + s * c3)), (v0 + s * (2 * c2 + 3 * s * c3)) / h
 
 
 def _misses(trajectory: JointTrajectory, robot: Robot, settings: SimulationSettings, t_s: Floats, q: Floats) -> Floats:

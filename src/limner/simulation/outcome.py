@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from limner import geometry
 from limner.motion.arm.pen_check import USUAL, Allowed, check_motion
 from limner.motion.arm.robot import Robot
-from limner.simulation.commands import commands, hermite
+from limner.motion.arm.spline import hermite
+from limner.simulation.commands import commands
 from limner.simulation.ink import Ink, ink
 from limner.simulation.model import to_mjcf
 from limner.simulation.physics import Record, Watch, run, step_times
@@ -102,7 +103,7 @@ class Simulation:
 
     def _tip_errors_mm(self) -> Floats:
         """How far along the sheet the tip was from where it should have been at that time."""
-        q, _ = hermite(self.trajectory, self.record.t_s)
+        q = hermite(self.trajectory, self.record.t_s).q
         wanted = self.paper.touched_mm(self.robot.forward(q))
         distance: Floats = np.hypot(*(self.ink.place_mm - wanted).T)
         return distance

@@ -21,17 +21,19 @@ _REST = 1e-6
 class Points:
     """A motion from rest to rest, the first point being where the arm is.
 
+    Without accelerations: a controller then goes along the cubics that the motion was checked by, whose acceleration
+    may jump at a point. With them it would go along quintics, which swing far over the limits at each such jump.
+
     Attributes:
         names: of the joints (dof).
         time_ns: (n,) from the start, 0 at first, strictly increasing.
-        q, qd, qdd: (n, dof) position, velocity, acceleration [rad or m, per s, per s^2].
+        q, qd: (n, dof) position and velocity [rad or m, per s].
     """
 
     names: tuple[str, ...]
     time_ns: NDArray[np.int64]
     q: Floats
     qd: Floats
-    qdd: Floats
 
 
 def controller_points(motion: JointTrajectory) -> Points:
@@ -50,13 +52,13 @@ def controller_points(motion: JointTrajectory) -> Points:
             f"trajectory: samples {1000 * longest:.0f} ms apart, controllers need {1000 * LONGEST_STEP_S:.0f} ms or"
             " less; plan it with --set arm.retime.sample_s=0.02"
         )
-    return Points(motion.names, time_ns[kept], motion.q[kept], motion.qd[kept], motion.qdd[kept])
+    return Points(motion.names, time_ns[kept], motion.q[kept], motion.qd[kept])
 
 
 def nothing(names: tuple[str, ...]) -> Points:
     """No points at all: a controller that gets these stops, and holds the arm where it is."""
     none = np.zeros((0, len(names)))
-    return Points(names, np.zeros(0, np.int64), none, none, none)
+    return Points(names, np.zeros(0, np.int64), none, none)
 
 
 def trajectory_message(points: Points, frame: str, clock: tuple[str, str] = ("sec", "nanosec")) -> dict[str, Any]:
@@ -76,13 +78,11 @@ def trajectory_message(points: Points, frame: str, clock: tuple[str, str] = ("se
             {
                 "positions": q,
                 "velocities": qd,
-                "accelerations": qdd,
+                "accelerations": [],
                 "effort": [],
                 "time_from_start": split_time(time_ns, clock),
             }
-            for time_ns, q, qd, qdd in zip(
-                points.time_ns.tolist(), points.q.tolist(), points.qd.tolist(), points.qdd.tolist(), strict=True
-            )
+            for time_ns, q, qd in zip(points.time_ns.tolist(), points.q.tolist(), points.qd.tolist(), strict=True)
         ],
     }
 

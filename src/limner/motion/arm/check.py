@@ -6,6 +6,7 @@ import numpy as np
 
 from limner.errors import CannotDraw
 from limner.motion.arm.robot import Robot
+from limner.motion.arm.spline import peaks
 from limner.types import Floats, JointTrajectory
 
 TOLERANCE = 0.01
@@ -18,7 +19,8 @@ def check(
     """Refuse a motion that exceeds a limit of position, velocity or acceleration at any sample, or between samples.
 
     Positions are compared with velocities, and velocities with accelerations, by their differences too, so that a
-    file whose positions alone were altered is found.
+    file whose positions alone were altered is found. Between samples holds what a controller makes of them: cubics
+    through positions and velocities.
 
     Args:
         trajectory: the motion.
@@ -43,6 +45,7 @@ def check(
         _check(name, values, limit, trajectory, robot, tolerance)
     _check_jumps(trajectory, robot, tolerance)
     _check_ways(trajectory, robot)
+    _check_between(trajectory, robot, tolerance)
     if jerk_limited:
         _check("jerk", _slopes(trajectory.t_s, trajectory.qdd), robot.jerk, trajectory, robot, tolerance)
 
@@ -71,12 +74,22 @@ def _check(
 ) -> None:
     ratio = np.abs(values) / limit
     if not (ratio <= 1 + tolerance).all():
+        article = "an" if name.startswith("a") else "a"
         sample, joint = np.unravel_index(int(np.nan_to_num(ratio, nan=np.inf).argmax()), ratio.shape)
         raise CannotDraw(
-            f"trajectory: joint {robot.joints[joint]} has a {name} of {abs(values[sample, joint]):.3g} at"
+            f"trajectory: joint {robot.joints[joint]} has {article} {name} of {abs(values[sample, joint]):.3g} at"
             f" {trajectory.t_s[sample]:.2f} s, {100 * (ratio[sample, joint] - 1):.0f} % over its limit"
             f" of {limit[joint]:.3g}"
         )
+
+
+def _check_between(trajectory: JointTrajectory, robot: Robot, tolerance: float) -> None:
+    """Cubics between samples must keep to the limits as the samples do."""
+    found = peaks(trajectory.t_s, trajectory.q, trajectory.qd)
+    for name, values, limit in zip(
+        ("velocity", "acceleration"), found, (robot.velocity, robot.acceleration), strict=True
+    ):
+        _check(f"{name} between samples", values, limit, trajectory, robot, tolerance)
 
 
 def _check_jumps(trajectory: JointTrajectory, robot: Robot, tolerance: float) -> None:

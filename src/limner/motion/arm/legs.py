@@ -15,6 +15,7 @@ from limner.motion.arm.paper import plane_of
 from limner.motion.arm.pen_check import Allowed, PenLimits, check_motion, check_pen
 from limner.motion.arm.retime import RetimeSettings, joined, move
 from limner.motion.arm.robot import Robot
+from limner.motion.arm.spline import Moved, excess, hermite, peaks, subdivided
 from limner.types import Floats, JointTrajectory
 
 _REST = 1e-6
@@ -132,15 +133,18 @@ class Legs:
         The way's own time s runs as ``S tau^2``, or backwards, over tau from 0 to 1, so slowly that limits are kept.
         """
         part = _part(self.motion, a, b)
-        seconds, count = 2 * float(part.t_s[-1]), 0
-        # The first pass finds how slow, the second samples that as finely as the rest.
+        if a == b:
+            return part
+        seconds, tau = 2 * float(part.t_s[-1]), np.zeros(0)
+        # What bends the way at a sample bends it there too; the first pass finds how slow, the second how finely.
+        bends = np.unique(_share_of_time(part.t_s / part.t_s[-1], starting))
         for _ in range(2):
-            count = max(3, int(np.ceil(seconds / self.settings.sample_s)) + 1)
-            q, qd, qdd = _slowing(part, count, starting)
-            speed, force = np.abs(qd) / self.robot.velocity, np.abs(qdd) / self.robot.acceleration
-            seconds = max(seconds, float(speed.max()) / _SHARE, float(np.sqrt(force.max() / _SHARE)))
-        none = np.zeros(count, bool), np.full(count, -1)
-        return JointTrajectory(part.names, np.linspace(0, seconds, count), q, qd / seconds, qdd / seconds**2, *none)
+            tau = subdivided(bends, self.settings.sample_s / seconds)
+            q, qd, qdd = _slowing(part, tau, starting)
+            used = excess(peaks(tau, q, qd), _SHARE * self.robot.velocity, _SHARE * self.robot.acceleration)
+            seconds = max(seconds, float(used.max()))
+        none = np.zeros(len(tau), bool), np.full(len(tau), -1)
+        return JointTrajectory(part.names, seconds * tau, q, qd / seconds, qdd / seconds**2, *none)
 
 
 def legs(motion: JointTrajectory, robot: Robot, settings: RetimeSettings, allowed: Allowed | None = None) -> Legs:
@@ -200,19 +204,14 @@ def _part(motion: JointTrajectory, a: int, b: int) -> JointTrajectory:
     )
 
 
-def _slowing(part: JointTrajectory, count: int, starting: bool) -> tuple[Floats, Floats, Floats]:
-    """Positions, velocities and accelerations (count, dof) of a way in unit time, with rest at a cut."""
-    tau, whole = np.linspace(0, 1, count), float(part.t_s[-1])
+def _share_of_time(way: Floats, starting: bool) -> Floats:
+    """When, from 0 to 1, an arm that starts or slows down evenly has done parts (n,) of its way."""
+    return np.sqrt(way) if starting else 1 - np.sqrt(1 - way)
+
+
+def _slowing(part: JointTrajectory, tau: Floats, starting: bool) -> Moved:
+    """Positions, velocities and accelerations (n, dof) of a way at unit times (n,), with rest at a cut."""
+    whole = float(part.t_s[-1])
     s, rate, bend = (tau**2, 2 * tau, 2.0) if starting else (2 * tau - tau**2, 2 - 2 * tau, -2.0)
-    q, slope, curve = _hermite(part, whole * s)
-    return q, slope * (whole * rate)[:, None], curve * ((whole * rate) ** 2)[:, None] + slope * (whole * bend)
-
-
-def _hermite(part: JointTrajectory, t: Floats) -> tuple[Floats, Floats, Floats]:
-    """Positions, velocities and accelerations (n, dof) at times, by cubics through positions and velocities."""
-    i = np.clip(np.searchsorted(part.t_s, t, "right") - 1, 0, len(part.t_s) - 2)
-    step = np.maximum(part.t_s[i + 1] - part.t_s[i], 1e-12)[:, None]
-    u = (t - part.t_s[i])[:, None] / step
-    a, b, va, vb = part.q[i], part.q[i + 1], part.qd[i] * step, part.qd[i + 1] * step
-    c2, c3 = 3 * (b - a) - 2 * va - vb, 2 * (a - b) + va + vb
-    return a + va * u + c2 * u**2 + c3 * u**3, (va + 2 * c2 * u + 3 * c3 * u**2) / step, (2 * c2 + 6 * c3 * u) / step**2
+    q, slope, curve = hermite(part, whole * s)
+    return Moved(q, slope * (whole * rate)[:, None], curve * ((whole * rate) ** 2)[:, None] + slope * (whole * bend))

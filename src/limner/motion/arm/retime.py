@@ -8,13 +8,21 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from limner.errors import CannotDraw, MissingExtra
 from limner.motion.arm.gentle import Law, gentle
 from limner.motion.arm.lifted import LiftedPath
 from limner.motion.arm.robot import Robot
+from limner.motion.arm.spline import excess, peaks, subdivided
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats, JointTrajectory
+
+_PARTINGS = 12
+"""Times that the places where limits are exceeded are parted before the motion is slowed instead."""
+
+_FINER = 4
+"""Times as near each other as samples may be brought where limits are exceeded."""
 
 
 @dataclass(frozen=True)
@@ -76,29 +84,34 @@ def retime(robot: Robot, path: LiftedPath, q: Floats, settings: RetimeSettings) 
 def move(robot: Robot, start: Floats, end: Floats, settings: RetimeSettings) -> JointTrajectory:
     """The fastest motion straight in joint space between two joint positions (dof,), all joints together, pen up."""
     way = end - start
-    law, total = _trapezoid(robot, way, settings)
+    law, turns = _trapezoid(robot, way, settings)
     if settings.jerk_limited:
         share = 1 - settings.margin
         limits = (robot.velocity, robot.acceleration, share * robot.jerk)
         t, moved = gentle(
-            law, total, lambda s, order: (s, np.ones_like(s), np.zeros_like(s))[order][:, None] * way, limits
+            law, float(turns[-1]), lambda s, order: (s, np.ones_like(s), np.zeros_like(s))[order][:, None] * way, limits
         )
-        t, (part, rate, change) = _sampled(t, moved, settings.sample_s)
+        t, (part, rate, change) = _sampled(t, moved, settings.sample_s, limits[:2])
     else:
-        t = np.linspace(0, total, max(3, int(np.ceil(total / settings.sample_s)) + 1))
+        t = subdivided(turns, settings.sample_s)
         part, rate, change = (values[:, None] * way for values in law(t))
     none = np.zeros(len(t), bool), np.full(len(t), -1)
     return JointTrajectory(robot.joints, t, start + part, rate, change, *none)
 
 
-def _sampled(t: Floats, moved: Floats, sample_s: float) -> tuple[Floats, Floats]:
-    """Every so many of the finely spaced samples of a motion, its end with them."""
-    kept = np.rint(np.linspace(0, len(t) - 1, max(3, int(np.ceil(t[-1] / sample_s)) + 1))).astype(int)
-    return t[kept], moved[:, kept]
+def _sampled(t: Floats, moved: Floats, sample_s: float, limits: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Every so many of the finely spaced samples of a motion, its end with them; slowed where cubics need that."""
+    stretch, kept = 1.0, np.zeros(0, np.int64)
+    # The first pass finds how slow, the second how finely.
+    for _ in range(2):
+        count = max(3, int(np.ceil(stretch * t[-1] / sample_s)) + 1)
+        kept = np.rint(np.linspace(0, len(t) - 1, count)).astype(np.int64)
+        stretch = max(stretch, float(excess(peaks(t[kept], *moved[:2, kept]), *limits).max()))
+    return stretch * t[kept], moved[:, kept] / stretch ** np.arange(3.0)[:, None, None]
 
 
-def _trapezoid(robot: Robot, way: Floats, settings: RetimeSettings) -> tuple[Law, float]:
-    """Part of a straight way, its rate and change over time, and how long all takes."""
+def _trapezoid(robot: Robot, way: Floats, settings: RetimeSettings) -> tuple[Law, Floats]:
+    """Part of a straight way, its rate and change over time; the times from 0 to the end where the change jumps."""
     share = 1 - settings.margin
     size = np.maximum(np.abs(way), 1e-9)
     speed, acceleration = (float((share * limit / size).min()) for limit in (robot.velocity, robot.acceleration))
@@ -106,6 +119,7 @@ def _trapezoid(robot: Robot, way: Floats, settings: RetimeSettings) -> tuple[Law
     speed = min(speed, acceleration**0.5)
     ramp = speed / acceleration
     total = ramp + 1 / speed
+    level = [ramp, total - ramp] if total - 2 * ramp > 1e-6 else [total / 2]
 
     def law(t: Floats) -> Floats:
         t = np.clip(t, 0, total)
@@ -117,7 +131,7 @@ def _trapezoid(robot: Robot, way: Floats, settings: RetimeSettings) -> tuple[Law
         change[(t <= 0) | (t >= total)] = 0
         return np.stack([part, rate, change])
 
-    return law, total
+    return law, np.array([0.0, *level, total])
 
 
 def joined(parts: Sequence[JointTrajectory]) -> JointTrajectory:
@@ -182,14 +196,33 @@ class _Timer:
             return None
         if settings.jerk_limited:
             return self._gentle(motion, way, drawing)
-        stretch = self._stretch(motion, np.linspace(0, motion.duration, max(50, int(motion.duration / 0.002))), drawing)
-        t = np.linspace(0, motion.duration, max(2, int(np.ceil(stretch * motion.duration / settings.sample_s)) + 1))
-        stretch = max(stretch, self._stretch(motion, t, drawing))
-        # Between samples the velocity must not change faster than the limits of acceleration allow either.
-        change = np.abs(np.diff(np.asarray(motion(t, 1)), axis=0)) / (t[1] - t[0])
-        stretch = max(stretch, float(np.sqrt((change / self.limits[drawing][1]).max())))
+        return self._parted(motion, subdivided(_times(instance.problem_data), settings.sample_s / _FINER), drawing)
+
+    def _parted(self, motion: Any, grid_s: Floats, drawing: bool) -> tuple[Floats, ...]:
+        """A motion at some of the times between which its path is gone along evenly, slowed where that is needed.
+
+        A cubic goes wrong where the acceleration jumps within it; so where limits are exceeded it is parted at the
+        largest jump there.
+        """
+        jumps = _jumps(motion, grid_s)
+        kept = _thinned(grid_s, self.settings.sample_s)
+        for _ in range(_PARTINGS):
+            used = self._used(motion, grid_s[kept], drawing)
+            bad = np.flatnonzero((used > 1) & (np.diff(kept) > 1))
+            if not len(bad):
+                break
+            parted = [a + 1 + int(jumps[a + 1 : b].argmax()) for a, b in zip(kept[bad], kept[bad + 1], strict=True)]
+            kept = np.sort(np.append(kept, parted))
+        t, stretch = grid_s[kept], 1.0
+        for _ in range(2):
+            t = subdivided(t, self.settings.sample_s / stretch)
+            stretch = max(stretch, float(self._used(motion, t, drawing).max()))
         q, qd, qdd = (np.asarray(motion(t, order))[:, : self.dof] / stretch**order for order in (0, 1, 2))
         return stretch * t, q, qd, qdd
+
+    def _used(self, motion: Any, t: Floats, drawing: bool) -> Floats:
+        q, qd = (np.asarray(motion(t, order)) for order in (0, 1))
+        return excess(peaks(t, q, qd), *self.limits[drawing])
 
     def _gentle(self, motion: Any, way: Any, drawing: bool) -> tuple[Floats, ...]:
         def law(t: Floats) -> Floats:
@@ -200,11 +233,28 @@ class _Timer:
         velocity, acceleration = self.limits[drawing]
         jerk = np.append((1 - self.settings.margin) * self.jerk, np.inf)
         t, moved = gentle(law, float(motion.duration), way, (velocity, acceleration, jerk))
-        t, moved = _sampled(t, moved, self.settings.sample_s)
+        t, moved = _sampled(t, moved, self.settings.sample_s, (velocity, acceleration))
         return t, *moved[..., : self.dof]
 
-    def _stretch(self, motion: Any, t: Floats, drawing: bool) -> float:
-        """By how much a piece must be slowed where limits are exceeded between the places of the grid."""
-        velocity, acceleration = (np.abs(np.asarray(motion(t, order))).max(0) for order in (1, 2))
-        limits = self.limits[drawing]
-        return float(max(1.0, (velocity / limits[0]).max(), np.sqrt((acceleration / limits[1]).max())))
+
+def _times(found: Any) -> Floats:
+    """When a motion is at each place of the grid; between two of them it speeds up evenly."""
+    speed = found.sd_vec
+    times: Floats = np.concatenate([[0.0], np.cumsum(2 * np.diff(found.gridpoints) / (speed[:-1] + speed[1:]))])
+    return times
+
+
+def _jumps(motion: Any, grid_s: Floats) -> Floats:
+    """How much the acceleration along the path jumps at each place of the grid."""
+    speed = np.asarray(motion(grid_s, 1))[:, -1]
+    even = np.diff(speed) / np.diff(grid_s)
+    return np.abs(np.diff(even, prepend=0.0, append=0.0))
+
+
+def _thinned(times: Floats, longest: float) -> NDArray[np.int64]:
+    """Indices of as few times as are no farther apart than that, where they can be."""
+    kept, last = [0], len(times) - 1
+    while kept[-1] < last:
+        farthest = int(np.searchsorted(times, times[kept[-1]] + longest, side="right")) - 1
+        kept.append(max(farthest, kept[-1] + 1))
+    return np.array(kept)
