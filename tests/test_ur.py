@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import json
+import os
+import resource
 import socket
 import threading
 import time
@@ -188,6 +191,7 @@ def test_paused_it_waits_in_the_air_and_goes_on(arm):
         ("silence", 0, "never began; is the arm on", "unknown"),
         ("silence", 2, "never began", "is up"),
         ("stall", 2, "never ended", "is up"),
+        ("again", 2, "never ended", "is up"),
         ("drop", 2, "connection to the arm ended", "is up"),
         ("die", 2, "connection to the arm ended", "unknown"),
         ("astray", 2, "5.7 degrees from where", "unknown"),
@@ -204,6 +208,21 @@ def test_what_goes_wrong_is_named_with_the_state_of_the_pen(arm, monkeypatch, fa
     assert "\n" not in text
     assert arm.fake.breaches == []
     assert arm.fake.lifts == (pen == "is up")
+
+
+def test_it_draws_in_a_program_that_has_many_files_open(arm):
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = 1400
+    if hard != resource.RLIM_INFINITY and hard < most:
+        pytest.skip(f"ulimit -Hn is {hard}, expected {most} or more")
+    with contextlib.ExitStack() as files:
+        files.callback(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
+        resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, most), hard))
+        highest = -1
+        while highest < 1100:
+            highest = files.enter_context(open(os.devnull)).fileno()
+        fake, place, _ = arm(control=(control := Control()), watch=lambda p, _: setattr(control, "stop", p.stroke == 1))
+    assert (fake.breaches, place) == ([], Place(1))
 
 
 def test_a_host_that_refuses_or_is_unknown_is_named(route):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
-import select
 import socket
 import threading
 from dataclasses import dataclass
@@ -13,12 +13,15 @@ from typing import Self
 import numpy as np
 
 from limner.errors import BadInput
+from limner.targets.link import readable
 from limner.targets.urscript import Moves, read_moves
 from limner.types import Floats
 
-UR_FAULTS = ("drop", "die", "silence", "stall", "astray", "nonsense")
+UR_FAULTS = ("drop", "die", "silence", "stall", "astray", "nonsense", "again")
 """What a fake arm can do wrong: end the connection, take no other either, say nothing, begin but never end, end
-elsewhere, say what is no position."""
+elsewhere, say what is no position, say for long that it has begun."""
+
+_SAID_AGAIN = 1500
 
 _LIFT = re.compile(
     r"stopj\(2\)\nmovel\(pose_trans\(get_actual_tcp_pose\(\), p\[0, 0, -[\d.]+, 0, 0, 0\]\), a=0.5, v=0.1\)\n"
@@ -42,6 +45,7 @@ class _Running:
     token: str
     report: socket.socket
     number: int
+    again: int = 0
 
 
 class FakeUr:
@@ -105,7 +109,7 @@ class FakeUr:
     def _serve(self) -> None:
         while not self._ended.is_set():
             open_ = [self._server] if self._server.fileno() >= 0 else []
-            for end in select.select([*open_, *self._ends], [], [], 0.005)[0]:
+            for end in readable([*open_, *self._ends], 0.005):
                 if end is self._server:
                     self._ends[end.accept()[0]] = b""
                 else:
@@ -189,6 +193,11 @@ class FakeUr:
     def _finish(self, running: _Running) -> None:
         faulty = self._fault if running.number == self._program else ""
         if faulty in ("drop", "die", "stall"):
+            return
+        if faulty == "again" and running.again < _SAID_AGAIN:
+            running.again += 1
+            with contextlib.suppress(OSError):
+                running.report.sendall(f"{running.token} begun\n".encode())
             return
         self._running = None
         if running.moves.kind:

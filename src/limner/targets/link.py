@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import selectors
+import socket
 import time
+from collections.abc import Iterable
 from typing import Protocol
 
 from limner.errors import DeviceFailed
@@ -13,6 +16,17 @@ LONGEST_LINE = 400
 
 class Noise(DeviceFailed):
     """What came is no text."""
+
+
+def readable(ends: Iterable[socket.socket], seconds: float) -> list[socket.socket]:
+    """Those of some sockets that have something to be read, waiting for it at most so long.
+
+    ``select()`` cannot look at files numbered 1024 and above, as a program has that has many open.
+    """
+    with selectors.DefaultSelector() as selector:
+        for end in ends:
+            selector.register(end, selectors.EVENT_READ, end)
+        return [key.data for key, _ in selector.select(seconds)]
 
 
 class Link(Protocol):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import re
 import secrets
-import select
 import socket
 import time
 from collections.abc import Callable, Sequence
@@ -14,6 +13,7 @@ import numpy as np
 
 from limner.errors import BadInput, DeviceFailed
 from limner.targets import urscript
+from limner.targets.link import readable
 from limner.targets.target import NotConnected, Route
 from limner.targets.urscript import UrSettings
 from limner.types import Floats, JointTrajectory
@@ -175,7 +175,8 @@ class Ur:
                     if word == "done":
                         self._q, self._busy = _positions(rest), False
                         return True
-                    began, deadline = True, time.monotonic() + SLACK * seconds + self._silence_s
+                    if word == "begun" and not began:
+                        began, deadline = True, time.monotonic() + SLACK * seconds + self._silence_s
                 if stopping():
                     self._lift()
                     return False
@@ -214,7 +215,7 @@ class _Reports:
         Raises:
             DeviceFailed: the arm's own connection has ended.
         """
-        ready, _, _ = select.select([control, self._listener, *self._heard], [], [], _LOOK_S)
+        ready = readable([control, self._listener, *self._heard], _LOOK_S)
         for end in ready:
             if end is self._listener:
                 self._heard[end.accept()[0]] = b""
@@ -267,7 +268,7 @@ def _alive(control: socket.socket | None) -> bool:
     try:
         if control is None:
             return False
-        while select.select([control], [], [], 0)[0]:
+        while readable([control], 0):
             if not control.recv(65536):
                 return False
     except (OSError, ValueError):
