@@ -15,8 +15,8 @@ from limner.evaluate.tables import Grid
 
 Rgb = NDArray[np.uint8]
 
-_WIDEST_PX = 1280
-_QUALITY = 72
+_WIDEST_PX = 880
+_QUALITY = 45
 
 _STYLE = """
 :root { color-scheme: light dark; --paper: #fbfaf7; --ink: #1d1f24; --faint: #686d78; --line: #dcd9d2; --mark: #a8401c }
