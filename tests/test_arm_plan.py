@@ -256,14 +256,25 @@ def test_a_place_out_of_reach_says_why_and_names_one_within():
 
 
 def test_the_trajectory_survives_its_files(planned, tmp_path):
+    on_a_sheet = dataclasses.replace(planned[3], sheet_m=planned[2].corners_m((148, 210)), press_mm=3.0)
     for suffix in joints.FORMATS:
-        joints.save(planned[3], tmp_path / f"motion{suffix}")
-        assert joints.load(tmp_path / f"motion{suffix}") == planned[3]
+        for motion in (planned[3], on_a_sheet):
+            joints.save(motion, tmp_path / f"motion{suffix}")
+            assert joints.load(tmp_path / f"motion{suffix}") == motion
     with pytest.raises(BadInput, match="cannot be"):
         joints.save(planned[3], tmp_path / "motion.gcode")
-    (tmp_path / "wrong.csv").write_text("t_s,q:a\n1,2\n")
-    with pytest.raises(BadInput, match="expected the columns"):
-        joints.load(tmp_path / "wrong.csv")
+    whole = joints.to_csv(on_a_sheet).decode()
+    for text, words in (
+        ("t_s,q:a\n1,2\n", "expected the columns"),
+        (whole.replace("# sheet_m,", "# sheet_m,1,"), "no table"),
+        (whole.replace("# sheet_m,", "# sheet_m,1,2,3,"), "four corners"),
+        (whole.replace("# sheet_m,", "# sheet_m,nan,2,3,"), "sheet_m"),
+        ("# sheet_m\n", "no table"),
+        ("", "no table"),
+    ):
+        (tmp_path / "wrong.csv").write_text(text)
+        with pytest.raises(BadInput, match=words):
+            joints.load(tmp_path / "wrong.csv")
 
 
 @pytest.fixture

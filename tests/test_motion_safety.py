@@ -321,3 +321,8 @@ def test_a_drawing_beyond_the_machine_reaches_no_plotter(tmp_path, monkeypatch, 
         with pytest.raises(error):
             make(Order(to), str(tmp_path / name))
     assert not opened
+
+
+def test_the_page_of_a_motion_from_a_table_is_checked_too(tmp_path, ears):
+    joints.save(moved_sheet(x=0.03), tmp_path / "motion.csv")
+    refused(tmp_path / "motion.csv", ears, "off its page")

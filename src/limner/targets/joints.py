@@ -20,12 +20,18 @@ FORMATS = (".json", ".npz", ".csv")
 """What a joint trajectory can be saved as and read from."""
 
 _KINDS = ("q", "qd", "qdd")
+_SHEET = "# sheet_m"
 
 
 def to_csv(trajectory: JointTrajectory) -> bytes:
-    """One row a sample: time, then position, velocity and acceleration of each joint, then pen, stroke and press."""
+    """One row a sample: time, then position, velocity and acceleration of each joint, then pen, stroke and press.
+
+    A line before them has the corners of the sheet, where they are known: nobody can tell the page without them.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
+    if len(trajectory.sheet_m):
+        writer.writerow([_SHEET, *map(repr, trajectory.sheet_m.ravel().tolist())])
     writer.writerow(
         ["t_s", *(f"{kind}:{name}" for kind in _KINDS for name in trajectory.names), "down", "stroke", "press_mm"]
     )
@@ -42,8 +48,11 @@ def from_csv(data: bytes, name: str) -> JointTrajectory:
         BadInput: no such table.
     """
     try:
-        header, *rows = list(csv.reader(io.StringIO(data.decode())))
-        table: Floats = np.array(rows, dtype=np.float64)
+        rows = list(csv.reader(io.StringIO(data.decode())))
+        sheet = rows.pop(0)[1:] if rows[:1] and rows[0][:1] == [_SHEET] else []
+        corners = np.array(sheet, dtype=np.float64).reshape(-1, 3)
+        header, *values = rows
+        table: Floats = np.array(values, dtype=np.float64)
     except (ValueError, UnicodeDecodeError, csv.Error) as error:
         raise BadInput(f"{name}: is no table of a joint trajectory ({error})") from error
     names = tuple(column.partition(":")[2] for column in header if column.startswith("q:"))
@@ -56,9 +65,8 @@ def from_csv(data: bytes, name: str) -> JointTrajectory:
     dof, rest = len(names), 1 + 3 * len(names)
     press_mm = float(table[0, rest + 2]) if len(header) > rest + 2 and len(table) else 0.0
     q, qd, qdd = (table[:, 1 + k * dof : 1 + (k + 1) * dof] for k in range(3))
-    return JointTrajectory(
-        names, table[:, 0], q, qd, qdd, table[:, rest] != 0, _whole(table[:, rest + 1], name), press_mm
-    )
+    drawn, strokes = table[:, rest] != 0, _whole(table[:, rest + 1], name)
+    return JointTrajectory(names, table[:, 0], q, qd, qdd, drawn, strokes, press_mm, corners)
 
 
 def _whole(column: Floats, name: str) -> NDArray[np.int64]:
