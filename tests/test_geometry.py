@@ -28,6 +28,26 @@ def test_simplify_stays_within_its_tolerance(line, tolerance):
     assert {tuple(p) for p in simple} <= {tuple(p) for p in line}
 
 
+@given(st.lists(LINE, max_size=6), st.floats(0, 5))
+def test_many_lines_are_simplified_as_one_by_one(lines, tolerance):
+    together = geometry.simplify_all(lines, tolerance)
+    assert len(together) == len(lines)
+    for line, simple in zip(lines, together, strict=True):
+        np.testing.assert_array_equal(simple, line[douglas_peucker(line, 0, len(line) - 1, tolerance)])
+
+
+def douglas_peucker(line, first, last, tolerance):
+    """The vertices that stay, by the book."""
+    if last - first < 2:
+        return sorted({first, last})
+    far = geometry.distance_to_segments(line[first + 1 : last], line[first], line[last])
+    split = first + 1 + int(far.argmax())
+    if far.max() <= tolerance:
+        return [first, last]
+    parts = (first, split), (split, last)
+    return sorted({k for part in parts for k in douglas_peucker(line, *part, tolerance)})
+
+
 @given(LINE, st.floats(0.5, 20))
 def test_resample_keeps_ends_and_places_points_on_the_line(line, step):
     points = geometry.resample(line, step)

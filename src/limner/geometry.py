@@ -11,7 +11,8 @@ from limner.types import Floats
 
 def length(line: Floats) -> float:
     """Length of a polyline; 0 for a single point."""
-    return float(np.hypot(*np.diff(line, axis=0).T).sum())
+    step = line[1:] - line[:-1]
+    return float(np.hypot(step[:, 0], step[:, 1]).sum())
 
 
 def total_length(lines: Sequence[Floats]) -> float:
@@ -55,18 +56,29 @@ def simplify(line: Floats, tolerance: float) -> Floats:
 
     Douglas & Peucker 1973 (doi:10.3138/FM57-6770-U75U-7727); ends stay, a closed line stays closed.
     """
-    if len(line) < 3:
-        return line.copy()
-    keep = np.zeros(len(line), bool)
-    keep[[0, -1]] = True
-    todo = [(0, len(line) - 1)]
-    while todo:
-        i, j = todo.pop()
-        if j - i < 2:
-            continue
-        distance = distance_to_segments(line[i + 1 : j], line[i], line[j])
-        k = int(distance.argmax())
-        if distance[k] > tolerance:
-            keep[i + 1 + k] = True
-            todo += [(i, i + 1 + k), (i + 1 + k, j)]
-    return line[keep]
+    return simplify_all([line], tolerance)[0]
+
+
+def simplify_all(lines: Sequence[Floats], tolerance: float) -> list[Floats]:
+    """Each of many polylines simplified; all parts of all lines are split together, for most have few vertices."""
+    if not lines:
+        return []
+    points, ends = np.concatenate(lines), np.cumsum([len(line) for line in lines])
+    first, last = np.concatenate([[0], ends[:-1]]), ends - 1
+    keep = np.zeros(len(points), bool)
+    keep[first], keep[last] = True, True
+    while len(first := first[(open_ := last - first > 1)]):
+        last = last[open_]
+        count = last - first - 1
+        start = np.cumsum(count) - count
+        part = np.repeat(np.arange(len(first)), count)
+        inner = np.arange(len(part)) + (first + 1 - start)[part]
+        distance = distance_to_segments(points[inner], points[first[part]], points[last[part]])
+        farthest = np.maximum.reduceat(distance, start)
+        at_most = np.flatnonzero(~(distance < farthest[part]))  # where numbers overflow, too
+        split = inner[at_most[np.unique(part[at_most], return_index=True)[1]]]
+        far = farthest > tolerance
+        first, split, last = first[far], split[far], last[far]
+        keep[split] = True
+        first, last = np.concatenate([first, split]), np.concatenate([split, last])
+    return [part[kept] for part, kept in zip(np.split(points, ends[:-1]), np.split(keep, ends[:-1]), strict=True)]

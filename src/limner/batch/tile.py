@@ -86,7 +86,7 @@ _BASE64 = re.compile(r"[A-Za-z0-9+/=]*")
 
 
 def _path(lines_mm: Sequence[Floats], height_mm: float) -> str:
-    return "".join(_line(geometry.simplify(line, _TOLERANCE_MM), height_mm) for line in lines_mm)
+    return "".join(_line(line, height_mm) for line in geometry.simplify_all(lines_mm, _TOLERANCE_MM))
 
 
 def _line(line: Floats, height_mm: float) -> str:

@@ -71,18 +71,15 @@ def _cleaned(drawing: Drawing, settings: CleanSettings) -> list[tuple[Floats, st
     lines = [piece.line for piece in pieces]
     regions = [drawing.region[piece.source] for piece in pieces]
     weights = [float(drawing.weight[piece.source]) * piece.share for piece in pieces]
-    layer, kept = int(drawing.layer[0]), []
-    for chain, closed in chains(lines, regions, settings.join_mm):
-        line = _linked(lines, chain, closed)
-        if geometry.length(line) >= settings.min_length_mm:
-            weight = sum(weights[i] for i, _ in chain)
-            kept.append((simplified(line, settings.tolerance_mm), regions[chain[0][0]], weight, layer))
-    return kept
-
-
-def simplified(line: Floats, tolerance: float) -> Floats:
-    """Fewer points within ``tolerance``; a closed line that shrinks to nothing becomes a dot."""
-    return geometry.without_repeats(geometry.simplify(line, tolerance))
+    linked = [(_linked(lines, chain, closed), chain) for chain, closed in chains(lines, regions, settings.join_mm)]
+    long = [(line, chain) for line, chain in linked if geometry.length(line) >= settings.min_length_mm]
+    # A closed line that shrinks to nothing becomes a dot.
+    few = map(geometry.without_repeats, geometry.simplify_all([line for line, _ in long], settings.tolerance_mm))
+    layer = int(drawing.layer[0])
+    return [
+        (line, regions[chain[0][0]], sum(weights[i] for i, _ in chain), layer)
+        for line, (_, chain) in zip(few, long, strict=True)
+    ]
 
 
 def _linked(lines: list[Floats], chain: Chain, closed: bool) -> Floats:

@@ -60,7 +60,8 @@ class _Grid:
     """Points sorted by the square cell they lie in; ``whole`` when one cell holds them all."""
 
     def __init__(self, points: Floats, cell: float, crowd: int, whole: bool) -> None:
-        self.points, self.reach = points, np.inf if whole else cell
+        self.x, self.y = np.ascontiguousarray(points.T)
+        self.reach = np.inf if whole else cell
         place = (points // cell).astype(np.int64) + 1
         stride = int(place[:, 1].max()) + 3
         key = place @ np.array([stride, 1])
@@ -88,8 +89,14 @@ class _Grid:
         within = np.arange(ends[-1]) - np.repeat(ends - sizes, sizes)
         other = self.order[np.repeat(self.first[rows].ravel(), sizes) + within]
         query = np.repeat(np.arange(len(rows)), self.sizes[rows].sum(axis=1))
-        gap = np.hypot(*(self.points[rows[query]] - self.points[other]).T)
-        keep = (other != rows[query]) & (gap <= self.reach)
+        here = rows[query]
+        gap = np.hypot(self.x[here] - self.x[other], self.y[here] - self.y[other])
+        keep = np.flatnonzero((gap <= self.reach) & (other != here))
+        for closer in (2, 4):
+            # Who has enough neighbours nearby needs none beyond, and to sort is what takes long.
+            near = gap[keep] <= self.reach / closer
+            served = np.bincount(query[keep[near]], minlength=len(rows)) >= count
+            keep = keep[near | ~served[query[keep]]]
         query, other, gap = query[keep], other[keep], gap[keep]
         order = np.lexsort((other, gap, query))
         query, other = query[order], other[order]

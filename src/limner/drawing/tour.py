@@ -43,6 +43,7 @@ class Tour:
         ends = np.concatenate([ends, ends[:1], ends[:1]])
         self.where: list[complex] = (ends @ [1, 1j]).tolist()
         self.near = _near(ends)
+        self.nearest = [near[:_NEAR_AT_SECOND] for near in self.near]
         self.longest = longest
         self.remember = False
         self.undo: list[tuple[int, list[int]]] = []
@@ -130,37 +131,36 @@ class Tour:
         hop c-d follows, the run between turns round, and b-d closes the gap; where c is entered (even) the run is cut
         out. In either case a third hop may come in: from d to a near e, in place of e-f, and b-f closes the gap.
         """
-        row, at, where = self.row, self.at, self.where
-        za, zb = where[row[base + sign * p]], where[row[base + sign * (p + 1)]]
-        old = abs(za - zb)
+        row, at, where, nearest = self.row, self.at, self.where, self.nearest
+        zb = where[row[base + sign * (p + 1)]]
+        old = abs(where[row[base + sign * p]] - zb)
         best = 0.0
         pieces: Pieces = ()
-        for c in self.near[row[base + sign * p]]:
-            zc = where[c]
-            saved = old - abs(za - zc)
+        for c, gap in self.near[row[base + sign * p]]:
+            saved = old - gap
             if saved <= _ROUNDING:
                 break
             q = base + sign * at[c]
             step = 1 if q & 1 else -1
             d = row[base + sign * (q + step)]
             zd = where[d]
-            saved += abs(zc - zd)
+            saved += abs(where[c] - zd)
             if step == 1:
                 gain = saved - abs(zb - zd)
                 if gain > best and abs(q - p) <= self.longest:
                     best, pieces = gain, (((p + 1, q, True) if q > p else (q + 1, p, True)),)
-            for e in self.near[d][:_NEAR_AT_SECOND]:
-                ze = where[e]
-                still = saved - abs(zd - ze)
+            for e, gap in nearest[d]:
+                still = saved - gap
                 if still <= best:
                     break
                 r = base + sign * at[e]
-                found = _turned(p, q, r) if step == 1 else _cut(p, q, r)
-                if found is None:
-                    continue
                 zf = where[row[base + sign * (r + (1 if r & 1 else -1))]]
-                gain = still + abs(ze - zf) - abs(zf - zb)
-                if gain > best and max(found[0][1], found[1][1]) - min(found[0][0], found[1][0]) < self.longest:
+                gain = still + abs(where[e] - zf) - abs(zf - zb)
+                if gain <= best:
+                    continue
+                # Most moves gain nothing: whether one makes a tour is asked of the others only.
+                found = _turned(p, q, r) if step == 1 else _cut(p, q, r)
+                if found and max(found[0][1], found[1][1]) - min(found[0][0], found[1][0]) < self.longest:
                     best, pieces = gain, found
         return best, pieces
 
@@ -195,11 +195,14 @@ def _cut(p: int, q: int, r: int) -> Pieces | None:
     return None
 
 
-def _near(ends: Floats) -> list[list[int]]:
-    """Near ends of each end, the nearest first: of other strokes, and none at which home would have to move."""
+def _near(ends: Floats) -> list[list[tuple[int, float]]]:
+    """Near ends of each end and how far they are, the nearest first: of other strokes, and none that home moves at."""
     near = nearest(ends[1:-1], _NEAR + 1) + 1
-    own = np.arange(1, len(ends) - 1) ^ 1
-    lists = [[b for b in row if b != mate][:_NEAR] for row, mate in zip(near.tolist(), own.tolist(), strict=True)]
+    gaps = np.hypot(*(ends[1:-1, None] - ends[near]).transpose(2, 0, 1))
+    lists = [
+        [(b, gap) for b, gap in zip(row, far, strict=True) if b != mate ^ 1][:_NEAR]
+        for mate, (row, far) in enumerate(zip(near.tolist(), gaps.tolist(), strict=True), 1)
+    ]
     return [[], *lists, []]
 
 

@@ -63,7 +63,8 @@ def trace(skeleton: Mask, settings: TraceSettings, mask: Mask | None = None) -> 
     paths = [path for path in paths if geometry.length(path) >= settings.shortest_px]
     if mask is not None:
         paths = [centre(path, mask) for path in paths]
-    return [_few_points(smooth(path, settings.smooth_px), settings) for path in paths]
+    spaced = [skip_near(smooth(path, settings.smooth_px), settings.step_px) for path in paths]
+    return geometry.simplify_all(spaced, settings.tolerance_px)
 
 
 def centre(path: Floats, mask: Mask) -> Floats:
@@ -80,10 +81,6 @@ def centre(path: Floats, mask: Mask) -> Floats:
     shift = np.stack([near[:, 2] - near[:, 0], near[2] - near[0]]).sum(axis=1) / count
     centred: Floats = path + shift.T
     return centred
-
-
-def _few_points(line: Floats, settings: TraceSettings) -> Floats:
-    return geometry.simplify(skip_near(line, settings.step_px), settings.tolerance_px)
 
 
 def smooth(line: Floats, sigma: float) -> Floats:

@@ -15,7 +15,8 @@ import cv2
 import numpy as np
 
 from limner.settings import SettingsGroup, setting
-from limner.types import EdgeMap, Face, Photo
+from limner.types import EdgeMap, Face, Floats, Photo
+from limner.vision.edges.bank import correlated
 from limner.vision.edges.ridges import Wave, below_pi, gabor_kernel, hysteresis, luminance
 from limner.vision.raster import (
     Image,
@@ -129,7 +130,7 @@ def at_level(grey: Image, level: int, settings: GaborPyramidSettings) -> list[Or
     coarsest = level == settings.levels - 1 > 0
     count = settings.coarse_orientations if coarsest else settings.orientations
     normals = np.pi * np.arange(count) / count
-    answers = np.stack([_answer(picture, normal, settings) for normal in normals])
+    answers = np.maximum(correlated(picture, _kernels(normals, settings)), 0)
     strongest = answers.max(axis=0)
     answers[answers < np.float32(settings.share) * strongest] = 0
     around = widely_blurred(np.sqrt(strongest), settings.contrast_px) ** 2 + np.float32(settings.floor)
@@ -139,10 +140,10 @@ def at_level(grey: Image, level: int, settings: GaborPyramidSettings) -> list[Or
     ]
 
 
-def _answer(picture: Image, normal_rad: float, settings: GaborPyramidSettings) -> Image:
+def _kernels(normals_rad: Floats, settings: GaborPyramidSettings) -> list[Image]:
     sigma_px = settings.width * settings.wavelength_px
     wave = Wave(settings.wavelength_px, sigma_px, settings.aspect, float(np.deg2rad(settings.phase_deg)))
-    return np.maximum(filtered(picture, gabor_kernel(wave, normal_rad)), 0)
+    return [gabor_kernel(wave, normal) for normal in normals_rad]
 
 
 def _seen(level: int, normal_rad: float, strength: Image, settings: GaborPyramidSettings) -> Oriented:

@@ -5,6 +5,7 @@ A bank of Gabor filters (thesis 2.2, 3.1.1): Gaussians modulated by a plane wave
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -12,7 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limner.types import Photo
-from limner.vision.raster import Image, Mask, filtered, pieces
+from limner.vision.edges.bank import correlated
+from limner.vision.raster import Image, Mask, pieces
+
+Index = NDArray[np.uint8]
+
+HALF_TURN = np.float32(np.pi)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,18 +91,16 @@ def find_ridges(grey: Image, wave: Wave, orientations: int, crossing: float) -> 
         crossing: how much of the answer at right angles is taken off; blobs answer in all directions, lines in one.
     """
     turns = np.pi * np.arange(orientations) / orientations
-    bank = [gabor_kernel(wave, turn) for turn in turns]
-    answers = np.stack([filtered(grey, kernel) for kernel in bank])
-    best = answers.argmax(axis=0)
-    before, here, after = (_pick(answers, best + step) for step in (-1, 0, 1))
+    answers = correlated(grey, [gabor_kernel(wave, turn) for turn in turns])
+    here, best = _strongest(answers)
+    before, after, right_angle = _picked(answers, best, (-1, 1, orientations // 2))
+    fall = before - after
     curve = np.minimum(before - 2 * here + after, np.float32(-1e-9))
-    offset = np.clip((before - after) / (2 * curve), -0.5, 0.5)
-    peak = here - (before - after) * offset / 4
-    right_angle = _pick(answers, best + orientations // 2)
+    offset = np.clip(fall / (2 * curve), -0.5, 0.5)
+    peak = here - fall * offset / 4
     strength = np.maximum(peak - np.float32(crossing) * np.maximum(right_angle, 0), 0)
-    turned = best.astype(np.float32) + offset
-    angle = np.mod(turned * np.float32(np.pi / orientations) + np.float32(np.pi / 2), np.float32(np.pi))
-    return Ridges(strength, below_pi(angle))
+    turned = (best + offset) * np.float32(np.pi / orientations) + np.float32(np.pi / 2)
+    return Ridges(strength, np.where(turned >= HALF_TURN, turned - HALF_TURN, turned))
 
 
 def below_pi(angle_rad: NDArray[np.floating]) -> Image:
@@ -105,8 +109,22 @@ def below_pi(angle_rad: NDArray[np.floating]) -> Image:
     return np.where(angle >= np.float32(np.pi), np.float32(0), angle)
 
 
-def _pick(answers: Image, index: NDArray[np.int64]) -> Image:
-    picked: Image = np.take_along_axis(answers, (index % len(answers))[None], axis=0)[0]
+def _strongest(answers: Image) -> tuple[Image, Index]:
+    """The strongest of several answers (n, H, W) at each pixel, and its number: the first of those that are equal."""
+    strongest, number = answers[0].copy(), np.zeros(answers.shape[1:], np.uint8)
+    for k, answer in enumerate(answers[1:], 1):
+        np.maximum(number, (answer > strongest) * np.uint8(k), out=number)
+        np.maximum(strongest, answer, out=strongest)
+    return strongest, number
+
+
+def _picked(answers: Image, number: Index, steps: Sequence[int]) -> list[Image]:
+    """At each pixel the answers (n, H, W) so many steps after the one of a number, counted round: (H, W) each."""
+    picked = [np.empty(number.shape, np.float32) for _ in steps]
+    for k in range(len(answers)):
+        here = (number == k).view(np.uint8)
+        for step, image in zip(steps, picked, strict=True):
+            cv2.copyTo(answers[(k + step) % len(answers)], here, image)
     return picked
 
 

@@ -65,7 +65,7 @@ def _weighed(marks: Sequence[Mark], face: Face, size_px: tuple[int, int], import
         for mark in inside
     ])  # fmt: skip
     order = np.argsort(-weights, kind="stable")
-    lines = [geometry.simplify(inside[i].line, TOLERANCE_PX) for i in order]
+    lines = geometry.simplify_all([inside[i].line for i in order], TOLERANCE_PX)
     return Strokes(tuple(lines), tuple(inside[i].region for i in order), weights[order], size_px)
 
 

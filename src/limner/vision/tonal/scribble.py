@@ -127,7 +127,7 @@ def _strokes(look: _Look, scale: float, unit: float, settings: ScribbleSettings)
     lines = [smooth(line, SMOOTH) for line in streamlines(ground, [], settings.shortest * unit)]
     taste = Taste(settings.light, TURN * unit, LEAST * unit)
     long = chained(lines, _worth(lines, features), np.sqrt(np.clip(ink, 0, 1)), settings.strokes, taste)
-    return [geometry.simplify(line, settings.tolerance * unit) for line in long]
+    return geometry.simplify_all(long, settings.tolerance * unit)
 
 
 def _worth(lines: list[Floats], features: Image) -> Floats:
