@@ -5,7 +5,8 @@ from hypothesis import given, settings, strategies as st
 
 from limner import geometry
 from limner.types import Photo
-from limner.vision.edges.gabor import GaborSettings, gabor_edges
+from limner.vision.edges.attention import MOST_GAIN, attention_to
+from limner.vision.edges.gabor import GaborSettings, gabor_edges, gabor_lines, gabor_sight
 from limner.vision.edges.iris import find_iris
 from limner.vision.edges.ridges import Wave, crests, find_ridges, gabor_kernel, hysteresis, luminance
 from limner.vision.scale import ScaleSettings, to_working_scale
@@ -128,6 +129,26 @@ def test_lower_thresholds_never_lose_a_line(working):
     tight = gabor_edges(working.photo, working.face, PLAIN)
     loose = gabor_edges(working.photo, working.face, PLAIN.replace(low=0.6, high=1.2))
     assert (loose.mask | ~tight.mask).all()
+
+
+@pytest.mark.parametrize("change", [{}, {"guided": False}, {"hairline": 1.0}, {"irises": False}])
+def test_what_was_seen_gives_the_lines_at_any_threshold(working, change):
+    given = SETTINGS.replace(**change)
+    sight = gabor_sight(working.photo, working.face, given.seeing())
+    for low, high in ((0.9, 1.8), (0.0, 0.5), (2.0, 3.0)):
+        settings = given.replace(low=low, high=high)
+        assert gabor_lines(sight, settings) == gabor_edges(working.photo, working.face, settings)
+
+
+@pytest.mark.parametrize("order", [0.0, 0.5, 1.0])
+def test_no_attention_lifts_a_line_more_than_said(order):
+    """Only then may what is too weak for it be left out."""
+    y, x = np.indices((573, 564))
+    pixels = np.stack([y.ravel(), x.ravel()], axis=1)[::7]
+    attention = attention_to(FACE, y.shape)
+    for angle in np.linspace(0, np.pi, 8, endpoint=False):
+        flat = np.full(len(pixels), angle, np.float32)
+        assert attention.gain(pixels, flat, np.full_like(flat, order)).max() < MOST_GAIN
 
 
 def test_guided_by_the_landmarks_the_features_gain_and_the_wall_loses(working):

@@ -38,6 +38,12 @@ def calls(monkeypatch):
     watch(budget, "order")
     for name, run in dict(lines.EXTRACTORS).items():
         monkeypatch.setitem(lines.EXTRACTORS, name, lambda *args, name=name, run=run: done.append(name) or run(*args))
+    for name, steps in dict(lines.IN_TWO).items():
+        watched = [
+            lambda *args, name=f"{name} {step}", run=run: done.append(name) or run(*args)
+            for step, run in zip(("sight", "lines"), steps, strict=True)
+        ]
+        monkeypatch.setitem(lines.IN_TWO, name, tuple(watched))
 
     def found(photo, settings):
         done.append("detect")
@@ -59,12 +65,15 @@ ON_PAGE = ["compose", "clean", "select", "order"]
 
 def test_a_changed_setting_costs_only_what_follows_it(calls):
     session = Session(PHOTO)
-    everything = ["detect", "refine", "to_working_scale", "gabor", "trim", "_traced", *ON_PAGE]
+    everything = ["detect", "refine", "to_working_scale", "gabor sight", "gabor lines", "trim", "_traced", *ON_PAGE]
     assert after(calls, session, style="gabor", points=600) == everything
     assert after(calls, session, style="gabor", points=600) == []
     assert after(calls, session, style="gabor", points=300) == ["select", "order"]
     assert after(calls, session, style="gabor", points=300, trim__near_px=25) == ["trim", "_traced", *ON_PAGE]
     assert after(calls, session, style="gabor", points=300, trim__near_px=25, page="a4") == ON_PAGE
+    threshold = {"style": "gabor", "points": 300, "gabor__high": 1.5}
+    assert after(calls, session, **threshold) == ["gabor lines", "trim", "_traced", *ON_PAGE]
+    assert after(calls, session, **threshold, gabor__orientations=6)[:2] == ["gabor sight", "gabor lines"]
     assert after(calls, session, style="canny") == ["canny", "trim", "_traced", *ON_PAGE]
     assert after(calls, session, style="splines") == ["spline_strokes", *ON_PAGE]
     refined = ["refine", "to_working_scale", "canny", "trim", "_traced", *ON_PAGE]
@@ -97,6 +106,7 @@ def test_any_way_through_the_settings_gives_what_a_fresh_drawing_gives():
         "trim__by": ["rectangle,distance,length", "boxes,length"],
         "regions__hair": [0.5, 1.5],
         "clean__min_length_mm": [0, 2],
+        "gabor__high": [1.5, 2.1],
     }
     session, random, now = Session(PHOTO), np.random.default_rng(5), {"style": "canny"}
     for _ in range(9):

@@ -43,11 +43,12 @@ def resample(line: Floats, step: float) -> Floats:
 
 def distance_to_segments(points: Floats, a: Floats, b: Floats) -> Floats:
     """Distance of points (n, 2) to segments from ``a`` to ``b``, each (2,) or (n, 2): (n,)."""
-    ab = b - a
-    squared = np.maximum((ab * ab).sum(-1), 1e-300)
-    t = np.clip(((points - a) * ab).sum(-1) / squared, 0, 1)
-    nearest = a + t[..., None] * ab
-    distance: Floats = np.hypot(*(points - nearest).T)
+    # Coordinate by coordinate: numpy is slow along an axis of two.
+    (x, y), (ax, ay), (bx, by) = points.T, a.T, b.T
+    along_x, along_y = bx - ax, by - ay
+    squared = np.maximum(along_x * along_x + along_y * along_y, 1e-300)
+    t = np.clip(((x - ax) * along_x + (y - ay) * along_y) / squared, 0, 1)
+    distance: Floats = np.hypot(x - (ax + t * along_x), y - (ay + t * along_y))
     return distance
 
 

@@ -34,7 +34,7 @@ from limner.types import EdgeMap, Face, Photo, Strokes
 from limner.vision.cartoon.settings import CartoonSettings
 from limner.vision.cartoon.style import abstracted, cartoon_edges, cartoon_strokes, with_features
 from limner.vision.completion import CompletionSettings, complete, names_of
-from limner.vision.edges import EXTRACTORS, CannySettings, GaborPyramidSettings, GaborSettings
+from limner.vision.edges import EXTRACTORS, IN_TWO, CannySettings, GaborPyramidSettings, GaborSettings
 from limner.vision.figure import FigureSettings, find_figure
 from limner.vision.painterly.settings import PainterlySettings
 from limner.vision.painterly.style import painted, painterly_strokes
@@ -255,7 +255,13 @@ def _shaded(strokes: Strokes, photo: Photo, face: Face, settings: LineSettings, 
 
 def _extracted(style: str, photo: Photo, face: Face, settings: LineSettings, stages: Stages) -> Strokes:
     working = stages("scale", to_working_scale, photo, face, settings.scale)
-    edges = stages("edges", EXTRACTORS[style], working.photo, working.face, settings.of_style(style))
+    chosen = settings.of_style(style)
+    if style in IN_TWO:
+        look, lines_in = IN_TWO[style]
+        sight = stages("sight", look, working.photo, working.face, chosen.seeing())
+        edges = stages("edges", lines_in, sight, chosen)
+    else:
+        edges = stages("edges", EXTRACTORS[style], working.photo, working.face, chosen)
     return _in_photo(edges_to_strokes(edges, working.face, settings, stages), working, photo)
 
 

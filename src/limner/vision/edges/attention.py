@@ -44,6 +44,9 @@ NOSE = 1.2
 BELOW_BROWS = -0.12
 """Where what lies above the eyes begins, under the brows' landmarks [outer-eye distances]."""
 
+MOST_GAIN = 2.0
+"""More than ``Attention.gain`` ever gives."""
+
 OUTLINES = (*EYES, *BROWS, LIPS, INNER_LIPS, JAW)
 """Landmarks along which lines run."""
 

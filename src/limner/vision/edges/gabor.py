@@ -9,8 +9,8 @@ import numpy as np
 
 from limner.settings import SettingsGroup, setting
 from limner.types import EdgeMap, Face, Photo
-from limner.vision.edges.attention import Attention, above_the_eyes, attention_to
-from limner.vision.edges.iris import with_irises
+from limner.vision.edges.attention import MOST_GAIN, Attention, above_the_eyes, attention_to
+from limner.vision.edges.iris import Disc, find_irises, with_irises
 from limner.vision.edges.ridges import Ridges, Wave, crests, find_ridges, hysteresis, luminance
 from limner.vision.raster import Image, Mask, blurred, dilated, pieces, resized, widely_blurred
 
@@ -51,6 +51,44 @@ class GaborSettings(SettingsGroup):
     guided: bool = setting(True, "look closer at the features, and less at skin, body and background")
     irises: bool = setting(True, "draw iris and pupil as circles where they are seen")
 
+    def seeing(self) -> GaborSettings:
+        """The settings on which what is seen depends: one and the same whatever the thresholds."""
+        return self.replace(low=0.0, high=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """What a bank sees of one width.
+
+    Attributes:
+        ridges: their strength in units of the strength around.
+        crests: (H, W) where lines may be, one or two pixels wide.
+        order: (H, W) how far neighbouring ridges run in one direction; None where no attention is paid.
+    """
+
+    ridges: Ridges
+    crests: Mask
+    order: Image | None
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What the banks see in a photo, whatever the thresholds are.
+
+    Attributes:
+        fine: the lines.
+        coarse: soft borders; None for no second bank.
+        attention: where to look closer; None for everywhere alike.
+        irises: that are seen.
+        face: in the photo.
+    """
+
+    fine: Band
+    coarse: Band | None
+    attention: Attention | None
+    irises: tuple[Disc | None, ...]
+    face: Face
+
 
 def gabor_edges(photo: Photo, face: Face, settings: GaborSettings) -> EdgeMap:
     """Thin dark lines, one for each line of the face.
@@ -63,30 +101,49 @@ def gabor_edges(photo: Photo, face: Face, settings: GaborSettings) -> EdgeMap:
     Returns:
         Lines one or two pixels wide; ``strength`` is 1 from twice the high threshold on.
     """
+    return gabor_lines(gabor_sight(photo, face, settings), settings)
+
+
+def gabor_sight(photo: Photo, face: Face, settings: GaborSettings) -> Sight:
+    """All of ``gabor_edges`` that takes long and does not depend on the thresholds."""
     grey = luminance(photo)
     if settings.blur_px:
         grey = blurred(grey, settings.blur_px)
-    attention = attention_to(face, grey.shape) if settings.guided else None
-    lines = _lines(_find(grey, settings), attention, settings)
-    if settings.hairline > 1:
-        softer = settings.replace(low=HAIRLINE * settings.low, high=HAIRLINE * settings.high)
-        coarse = _lines(_find_coarse(grey, settings), attention, softer)
-        lines = _fill_in(lines, coarse, above_the_eyes(face, grey.shape), settings.wavelength_px)
-    return with_irises(lines, grey, face) if settings.irises else lines
+    return Sight(
+        fine=_band(_find(grey, settings), settings),
+        coarse=_band(_find_coarse(grey, settings), settings) if settings.hairline > 1 else None,
+        attention=attention_to(face, grey.shape) if settings.guided else None,
+        irises=find_irises(grey, face) if settings.irises else (),
+        face=face,
+    )
 
 
-def _lines(ridges: Ridges, attention: Attention | None, settings: GaborSettings) -> EdgeMap:
-    """The crests that stand out from their surroundings, more so where attention is paid to them."""
+def gabor_lines(sight: Sight, settings: GaborSettings) -> EdgeMap:
+    """The lines of ``gabor_edges`` from what was seen with these settings, or with other thresholds."""
+    lines = _lines(sight.fine, sight.attention, settings.low, settings.high)
+    if sight.coarse:
+        coarse = _lines(sight.coarse, sight.attention, HAIRLINE * settings.low, HAIRLINE * settings.high)
+        lines = _fill_in(lines, coarse, above_the_eyes(sight.face, lines.mask.shape), settings.wavelength_px)
+    return with_irises(lines, sight.irises, sight.face)
+
+
+def _band(ridges: Ridges, settings: GaborSettings) -> Band:
     ridges = _evened(ridges, settings)
-    strength, angle = ridges.strength, ridges.angle_rad
-    candidates = crests(strength, angle)
-    if attention is not None:
+    return Band(ridges, crests(ridges.strength, ridges.angle_rad), _order(ridges) if settings.guided else None)
+
+
+def _lines(band: Band, attention: Attention | None, low: float, high: float) -> EdgeMap:
+    """The crests that stand out from their surroundings, more so where attention is paid to them."""
+    strength, angle, candidates = band.ridges.strength, band.ridges.angle_rad, band.crests
+    if attention is not None and band.order is not None:
+        # What no attention lifts over the threshold needs none.
+        candidates = candidates & (strength > low / MOST_GAIN)
         pixels = np.nonzero(candidates)
-        gain = attention.gain(np.stack(pixels, axis=1), angle[pixels], _order(ridges)[pixels])
+        gain = attention.gain(np.stack(pixels, axis=1), angle[pixels], band.order[pixels])
         strength = strength.copy()
         strength[pixels] *= gain.astype(np.float32)
-    mask = hysteresis(strength, candidates, settings.low, settings.high)
-    sure = np.clip(strength / (2 * max(settings.high, 1e-9)), 0, 1)
+    mask = hysteresis(strength, candidates, low, high)
+    sure = np.clip(strength / (2 * max(high, 1e-9)), 0, 1)
     return EdgeMap(mask, sure.astype(np.float64), angle.astype(np.float64))
 
 

@@ -7,6 +7,7 @@ it is a dark disc of known size in a bright eye, so the disc itself is looked fo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,12 +45,21 @@ class Disc:
     radius: float
 
 
-def with_irises(edges: EdgeMap, grey: Image, face: Face) -> EdgeMap:
+def find_irises(grey: Image, face: Face) -> tuple[Disc | None, ...]:
+    """The iris of each eye in a picture (H, W) of the lightness, as ``find_iris`` has it."""
+    return tuple(find_iris(grey, eye, face.outer_eye_px) for eye in _eyes(face))
+
+
+def _eyes(face: Face) -> tuple[Floats, Floats]:
+    return face.points_px[36:42], face.points_px[42:48]
+
+
+def with_irises(edges: EdgeMap, irises: Sequence[Disc | None], face: Face) -> EdgeMap:
     """Replace what is drawn within each iris by its rim, as far as the lids leave it free, and the pupil.
 
     Args:
         edges: of the photo.
-        grey: (H, W) lightness of the photo.
+        irises: of each eye; none at all for no eye.
         face: in that photo.
 
     Returns:
@@ -57,8 +67,7 @@ def with_irises(edges: EdgeMap, grey: Image, face: Face) -> EdgeMap:
     """
     mask, strength, angle = edges.mask.copy(), edges.strength.copy(), edges.angle_rad.copy()
     unit = face.outer_eye_px
-    for eye in (face.points_px[36:42], face.points_px[42:48]):
-        disc = find_iris(grey, eye, unit)
+    for eye, disc in zip(_eyes(face), irises, strict=False):
         if disc is None:
             continue
         opening = depth(eye, mask.shape, 2 * LID * unit)

@@ -65,36 +65,41 @@ class Grown:
 class _Field:
     """What a walker sees."""
 
-    def __init__(self, strength: Image, flow: Flow, low: Image) -> None:
+    def __init__(self, strength: Image, flow: Flow, low: Image, taken: NDArray[np.uint8]) -> None:
         self.height, self.width = strength.shape
-        self.strength = strength
-        self.x, self.y, self.low = flow.x, flow.y, low
+        # Single pixels come sooner out of memory than out of arrays, row by row.
+        images = (strength, flow.x, flow.y, low, taken)
+        self.views = tuple(memoryview(np.ascontiguousarray(image).ravel()) for image in images)
 
-    def walk(self, x: float, y: float, sign: float, taken: NDArray[np.uint8]) -> list[tuple[float, float]]:
+    def walk(self, x: float, y: float, sign: float) -> list[tuple[float, float]]:
         """The places reached from a seed in one direction, up to the last that was strong enough."""
-        item, path, last = self.strength.item, [], 0
+        strength, flow_x, flow_y, low, taken = self.views
+        width, bottom, right = self.width, self.height - 1, self.width - 1
+        path: list[tuple[float, float]] = []
+        last = 0
         seen: dict[tuple[int, int], int] = {}
-        row, column = round(y), round(x)
-        dx, dy = sign * self.x.item(row, column), sign * self.y.item(row, column)
+        place = round(y) * width + round(x)
+        dx, dy = sign * flow_x[place], sign * flow_y[place]
         for step in range(LONGEST):
             x, y = x + STEP_PX * dx, y + STEP_PX * dy
             row, column = round(y), round(x)
-            if not (1 <= row < self.height - 1 and 1 <= column < self.width - 1) or taken.item(row, column):
+            place = row * width + column
+            if not (0 < row < bottom and 0 < column < right) or taken[place]:
                 break
-            tx, ty = self.x.item(row, column), self.y.item(row, column)
+            tx, ty = flow_x[place], flow_y[place]
             turn = tx * dx + ty * dy
             if abs(turn) < BEND or step - seen.setdefault((row // CELL_PX, column // CELL_PX), step) > ROUND:
                 break
             dx, dy = (tx, ty) if turn > 0 else (-tx, -ty)
             # Half a pixel towards the crest, where one side is stronger than the other.
-            one = item(round(y + dx), round(x - dy))
-            other = item(round(y - dx), round(x + dy))
-            here = item(row, column)
+            one = strength[round(y + dx) * width + round(x - dy)]
+            other = strength[round(y - dx) * width + round(x + dy)]
+            here = strength[place]
             if one > here or other > here:
                 side = 0.5 if one > other else -0.5
                 x, y = x - side * dy, y + side * dx
             path.append((x, y))
-            if here > self.low.item(row, column):
+            if here > low[place]:
                 last = len(path)
             elif len(path) - last > PATIENCE:
                 break
@@ -117,14 +122,14 @@ def grow(
     taken = np.zeros(strength.shape, np.uint8)
     for line, apart in drawn:
         _occupy(taken, line, apart)
-    field = _Field(strength, flow, low)
+    field = _Field(strength, flow, low, taken)
     rows, columns = np.nonzero(crests(strength, flow.angle_rad) & (strength > high))
     order = np.argsort(-strength[rows, columns], kind="stable")
     found = []
     for row, column in zip(rows[order].tolist(), columns[order].tolist(), strict=True):
         if taken.item(row, column) or not (1 <= row < field.height - 1 and 1 <= column < field.width - 1):
             continue
-        ahead, behind = (field.walk(float(column), float(row), sign, taken) for sign in (1.0, -1.0))
+        ahead, behind = (field.walk(float(column), float(row), sign) for sign in (1.0, -1.0))
         line = np.array([*behind[::-1], (float(column), float(row)), *ahead])
         places = whole(line)
         label = int(np.bincount(labels[places[:, 1], places[:, 0]]).argmax())
