@@ -61,17 +61,18 @@ def trace(skeleton: Mask, settings: TraceSettings, mask: Mask | None = None) -> 
     paths = [branch.path for branch in through_nodes(branches, settings.bend_deg)]
     paths = join_gaps(paths, settings.gap_px, np.deg2rad(settings.gap_bend_deg))
     paths = [path for path in paths if geometry.length(path) >= settings.shortest_px]
-    if mask is not None:
-        paths = [centre(path, mask) for path in paths]
+    if mask is not None and paths:
+        ends = np.cumsum([len(path) for path in paths])
+        paths = np.split(centre(np.concatenate(paths), mask), ends[:-1])
     spaced = [skip_near(smooth(path, settings.smooth_px), settings.step_px) for path in paths]
     return geometry.simplify_all(spaced, settings.tolerance_px)
 
 
 def centre(path: Floats, mask: Mask) -> Floats:
-    """Move each pixel of a path to the middle of the mask's pixels next to it: an even width has no middle pixel.
+    """Move each pixel to the middle of the mask's pixels next to it: an even width has no middle pixel.
 
     Args:
-        path: (n, 2) whole pixels x, y of the mask.
+        path: (n, 2) whole pixels x, y of the mask, of one path or of many.
         mask: (H, W) bool.
     """
     columns, rows = path.astype(np.int64).T + 1
