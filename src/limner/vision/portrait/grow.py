@@ -69,7 +69,7 @@ class _Field:
         self.height, self.width = strength.shape
         # Single pixels come sooner out of memory than out of arrays, row by row.
         images = (strength, flow.x, flow.y, low, taken)
-        self.views = tuple(memoryview(np.ascontiguousarray(image).ravel()) for image in images)
+        self.views = tuple(np.ascontiguousarray(image).ravel().data for image in images)
 
     def walk(self, x: float, y: float, sign: float) -> list[tuple[float, float]]:
         """The places reached from a seed in one direction, up to the last that was strong enough."""
