@@ -90,7 +90,7 @@ def simulate(
     arm = load_robot(robot)
     drawn = files.read_drawing(drawing) if drawing else None
     motion = joints.load(trajectory)
-    pen = drawn.pen if drawn else Pen(settings.page.pen_mm)
+    pen = drawn.pen if drawn else settings.page.pen()
     report = simulated(motion, arm, chosen, drawn, pen, Wanted(out, film_kind, thesis, shown, settings.arm.allowed))
     if as_json:
         click.echo(json.dumps(report))

@@ -18,7 +18,7 @@ from limner.pipeline.faces import Part, faces_in, refinements
 from limner.pipeline.portrait import Portrait
 from limner.pipeline.settings import Settings, changed
 from limner.stages import Stages
-from limner.types import Drawing, Face, Pen, Photo, Strokes
+from limner.types import Drawing, Face, Photo, Strokes
 from limner.vision.landmarks import choose
 from limner.vision.likeness.candidates import AUTO, AUTO_STYLES, best, candidate
 from limner.vision.lines import MEASURED, draw_lines
@@ -67,7 +67,7 @@ class Session:
         chosen = choose(faces, number, part.photo, settings.detect)
         if not face:
             chosen = stages("refine", refine, photo, chosen, refinements(settings), settings.refinement)
-        page, pen = settings.page.page(), Pen(settings.page.pen_mm)
+        page, pen = settings.page.page(), settings.page.pen()
         if settings.style in MEASURED:
             drawing, strokes = self._made_to_measure(part, photo, part.from_whole(chosen), settings)
             affine = page_from_photo(strokes, page, settings.compose, pen)
@@ -88,7 +88,7 @@ class Session:
     def _made_to_measure(self, part: Part, photo: Photo, face: Face, settings: Settings) -> tuple[Drawing, Strokes]:
         """A drawing of a style that is made for its budget, and what was seen for it; the face is the part's."""
         budget, style, stages = settings.select, settings.style, self._stages
-        page, pen = settings.page.page(), Pen(settings.page.pen_mm)
+        page, pen = settings.page.page(), settings.page.pen()
         joined = style == "one-line"
 
         def make(points: int) -> tuple[Drawing, Strokes]:

@@ -19,7 +19,7 @@ from limner.targets.gcode import GcodeSettings
 from limner.targets.rosbridge import RosbridgeSettings
 from limner.targets.svg import SvgSettings
 from limner.targets.urscript import UrSettings
-from limner.types import Page
+from limner.types import Page, Pen
 from limner.vision.landmarks import DetectSettings
 from limner.vision.likeness.candidates import AUTO, AUTO_STYLES
 from limner.vision.lines import STYLES, LineSettings
@@ -37,6 +37,10 @@ class PageSettings(SettingsGroup):
     def page(self) -> Page:
         """The sheet."""
         return units.parse_page(self.size, self.margin_mm)
+
+    def pen(self) -> Pen:
+        """What draws, where nothing else is asked for: black, of this width."""
+        return Pen(self.pen_mm)
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,7 @@ class Node:
 
     def _on_stroke(self, message: Any) -> None:
         def take() -> str:
-            page, pen = self._settings().page.page(), Pen(self._settings().page.pen_mm)
+            page, pen = self._settings().page.page(), self._settings().page.pen()
             line = messages.to_stroke(message, page) if message.poses else np.zeros((0, 2))
             self._desk.add_stroke(line, page, pen)
             return ""

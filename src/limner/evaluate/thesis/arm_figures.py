@@ -163,7 +163,7 @@ def _half_step(skeleton: NDArray[np.bool_], every: Sequence[Floats]) -> float:
 
 def _on_page(lines: Sequence[Floats], view: Working, settings: Settings) -> Drawing:
     strokes = Strokes(tuple(lines), ("body",) * len(lines), np.ones(len(lines)), view.photo.size_px)
-    placed = compose(strokes, settings.page.page(), settings.compose, Pen(settings.page.pen_mm))
+    placed = compose(strokes, settings.page.page(), settings.compose, settings.page.pen())
     return order(placed, settings.order)
 
 
