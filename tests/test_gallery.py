@@ -46,3 +46,19 @@ def test_the_command_writes_one_sheet(tmp_path, monkeypatch):
 def test_an_unknown_style_is_refused(tmp_path):
     with pytest.raises(limner.BadInput, match="oil"):
         next(gallery([PHOTO], ["oil"], Settings()))
+
+
+def test_a_webp_shows_the_same_in_less_room(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Image.fromarray(PHOTO.rgb).save("a.png")
+    for out in ("sheet.png", "sheet.webp", "again.webp"):
+        args = ["evaluate", "gallery", "a.png", "--styles", "splines", "--width", "120", "-o", out]
+        assert CliRunner().invoke(command, args, catch_exceptions=False).exit_code == 0
+    one, other = (np.asarray(Image.open(name).convert("L"), float) for name in ("sheet.png", "sheet.webp"))
+    assert one.shape == other.shape
+    assert np.abs(one - other).mean() < 4
+    assert (tmp_path / "sheet.webp").stat().st_size < 0.5 * (tmp_path / "sheet.png").stat().st_size
+    assert (tmp_path / "sheet.webp").read_bytes() == (tmp_path / "again.webp").read_bytes()
+    refused = CliRunner().invoke(command, ["evaluate", "gallery", "a.png", "-o", "sheet.bmp"])
+    assert isinstance(refused.exception, limner.BadInput)
+    assert ".png or .webp" in str(refused.exception)

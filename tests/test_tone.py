@@ -8,10 +8,10 @@ from limner.types import Photo, Strokes
 from limner.vision.figure import FigureSettings, find_figure
 from limner.vision.hatching.darkness import darkness
 from limner.vision.hatching.streamlines import STEP_PX, Ground, streamlines
-from limner.vision.lines import LineSettings, draw_lines
+from limner.vision.lines import STYLES, LineSettings, draw_lines, without_effect
 from limner.vision.scale import ScaleSettings, to_working_scale
 from limner.vision.tone import AREAS, LEVELS, ToneSettings, areas, hatch
-from portraits import astronaut, resized
+from portraits import astronaut, painted, resized
 
 NO_LINES = Strokes((), (), np.zeros(0), (1, 1))
 
@@ -201,3 +201,24 @@ def test_a_budget_cuts_tone_before_lines():
     shaded = draw(photo, face=face, style="splines", tone__level="medium", points=plain.drawing.points)
     assert len(shaded.drawing.lines_mm) <= len(plain.drawing.lines_mm) + 10
     assert shaded.drawing.weight.sum() > 0.95 * plain.drawing.weight.sum()
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_what_has_no_effect_is_said_and_only_that(style):
+    """A style is either changed by it, or a line says that it is not."""
+    photo, face = painted()
+    settings = LineSettings()
+    shaded, completed = settings.assign("tone.level", "rich"), settings.assign("complete", "all")
+    assert without_effect(style, settings) == ()
+    told = without_effect(style, shaded.assign("complete", "all"))
+    assert [note.split()[0] for note in told] in ([], ["--tone", "--complete"])
+    if told:
+        assert all(style in note for note in told)
+        small = settings.with_points(style, 60)
+        before, after = (draw_lines(photo, face, style, each) for each in (small, shaded.with_points(style, 60)))
+        assert before == after
+        assert draw_lines(photo, face, style, completed.with_points(style, 60)) == before
+    elif style == "canny":
+        assert len(draw_lines(photo, face, style, shaded).lines_px) > len(
+            draw_lines(photo, face, style, settings).lines_px
+        )

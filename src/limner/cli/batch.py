@@ -23,7 +23,7 @@ from limner.cli import options
 from limner.cli.progress import bars
 from limner.errors import BadInput
 from limner.motion.arm.robots import ROBOTS, load_robot
-from limner.pipeline import FORMATS, Settings
+from limner.pipeline import FORMATS, Settings, without_effect
 from limner.vision.landmarks.fmp.threads import cores
 
 ALSO = (*(suffix[1:] for suffix in FORMATS if suffix != ".svg"), TRAJECTORY)
@@ -83,6 +83,8 @@ def batch(
     so that no two meet. Ctrl-C keeps what is done.
     """
     settings = options.chosen_settings(ctx, Settings, save_settings)
+    for note in without_effect(settings.style, settings):
+        click.echo(f"note: {note}", err=True)
     check_words(photos)
     _check(also, robot, workers, scheduler, send, store, parquet)
     folder = storage.make_folder(out).absolute()

@@ -83,7 +83,7 @@ def draw(
     if picture is not None:
         storage.write_whole(picture, encode_png(portrait.picture()))
         outs = (*outs, picture)
-    for note in portrait.photo_notes:
+    for note in (*portrait.photo_notes, *pipeline.without_effect(settings.style, settings)):
         click.echo(f"note: {note}", err=True)
     if portrait.candidates:
         click.echo(why(portrait.candidates), err=True)

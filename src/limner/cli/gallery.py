@@ -11,12 +11,20 @@ from limner import storage
 from limner.cli import options
 from limner.evaluate.gallery import columns, gallery as draw_gallery
 from limner.pipeline import Settings
-from limner.targets.sheet import Tile, to_png, to_sheet
+from limner.targets.image import encode_png, encode_webp
+from limner.targets.sheet import Tile, to_sheet
 
 
 @click.command()
 @click.argument("photos", nargs=-1, required=True, metavar="PHOTO...")
-@click.option("--out", "-o", default="gallery.png", show_default=True, metavar="FILE", help="Where to, a .png.")
+@click.option(
+    "--out",
+    "-o",
+    default="gallery.png",
+    show_default=True,
+    metavar="FILE",
+    help="Where to, a .png or a .webp, which is smaller.",
+)
 @click.option("--styles", default="canny,gabor,portrait", show_default=True, metavar="NAMES", help="Joined by commas.")
 @click.option("--pictures", is_flag=True, help="Show the picture in colours of a style that has one, too.")
 @click.option(
@@ -45,13 +53,14 @@ def gallery(
     The largest face of each photo is drawn, without a budget unless one is given.
     """
     settings = options.chosen_settings(ctx, Settings, save_settings)
-    options.check_suffix(out, ".png")
+    options.check_suffix(out, ".png", ".webp")
     names = [name.strip() for name in styles.split(",")]
     tiles: list[Tile] = []
     for path, row in zip(photos, draw_gallery(photos, names, settings, pictures=pictures), strict=True):
         tiles += row
         click.echo(f"{path}: {row[-1].title}: {row[-1].note}", err=True)
-    storage.write_whole(out, to_png(to_sheet(tiles, columns=across * columns(names, pictures=pictures), tile_px=width)))
+    sheet = to_sheet(tiles, columns=across * columns(names, pictures=pictures), tile_px=width)
+    storage.write_whole(out, encode_webp(sheet) if out.lower().endswith(".webp") else encode_png(sheet))
     if as_json:
         click.echo(json.dumps({"out": [out], "photos": len(photos), "styles": names}))
     else:

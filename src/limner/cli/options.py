@@ -217,10 +217,11 @@ def read_text(path: Path) -> str:
         raise BadInput(f"{path}: not a text in UTF-8 ({error.reason} at byte {error.start})") from error
 
 
-def check_suffix(path: str | None, suffix: str) -> None:
+def check_suffix(path: str | None, *suffixes: str) -> None:
     """Say at once, before any work, that a file cannot be written as what it is called."""
-    if path is not None and Path(path).suffix.lower() != suffix:
-        raise BadInput(f"{path}: cannot save as '{Path(path).suffix}'; expected a name that ends in {suffix}")
+    if path is not None and Path(path).suffix.lower() not in suffixes:
+        expected = " or ".join(suffixes)
+        raise BadInput(f"{path}: cannot save as '{Path(path).suffix}'; expected a name that ends in {expected}")
 
 
 def stem(photo: str) -> str:

@@ -5,7 +5,7 @@ from limner.pipeline.portrait import Portrait
 from limner.pipeline.session import Session, draw
 from limner.pipeline.settings import PageSettings, Settings, changed
 from limner.targets.files import FORMATS, check_format
-from limner.vision.lines import PICTURES
+from limner.vision.lines import PICTURES, without_effect
 
 __all__ = [
     "FORMATS",
@@ -21,4 +21,5 @@ __all__ = [
     "find_faces",
     "refine_face",
     "refinements",
+    "without_effect",
 ]

@@ -75,7 +75,7 @@ class LineSettings(SettingsGroup):
     complete: str = setting(
         NONE,
         "Features whose missing stretches are drawn through the landmarks, joined by commas: jaw, brow, eye, nose,"
-        " mouth; all, or none",
+        " mouth; all, or none; nothing in stipple, one-line and scribble",
     )
     completion: CompletionSettings = group(CompletionSettings)
     tone: ToneSettings = group(ToneSettings)
@@ -213,6 +213,14 @@ def draw_lines(photo: Photo, face: Face, style: str, settings: LineSettings, sta
     strokes = way(photo, face, settings, stages)
     strokes = stages("complete", complete, strokes, face, settings.complete, settings.completion, settings.regions)
     return strokes if settings.tone.level == NONE else _shaded(strokes, photo, face, settings, stages)
+
+
+def without_effect(style: str, settings: LineSettings) -> tuple[str, ...]:
+    """A line for each setting that was changed and does nothing in a style: dots and streamlines are tone already."""
+    if style not in MEASURED:
+        return ()
+    changed = {"--tone": settings.tone.level != NONE, "--complete": settings.complete != NONE}
+    return tuple(f"{name} does nothing in the style '{style}', which is all tone" for name in changed if changed[name])
 
 
 def draw_picture(photo: Photo, face: Face, style: str, settings: LineSettings) -> NDArray[np.uint8]:

@@ -98,7 +98,11 @@ WEIGHT = 0.03
 class ToneSettings(SettingsGroup):
     """Hatching that shades the drawing."""
 
-    level: str = setting(NONE, "Shading by hatching, from none to a full drawing", choices=(NONE, *LEVELS))
+    level: str = setting(
+        NONE,
+        "Shading by hatching, from none to a full drawing; nothing in stipple, one-line and scribble",
+        choices=(NONE, *LEVELS),
+    )
     hatch: str = setting(
         "form", "strokes that follow hair and the form of the face, or all parallel", choices=("form", "parallel")
     )

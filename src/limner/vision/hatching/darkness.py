@@ -32,7 +32,11 @@ def darkness(photo: Photo, face: Face, figure: Figure) -> Image:
         figure: in it.
     """
     lab = cv2.cvtColor(photo.rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB)
-    light = np.asarray(lab[..., 0], np.float32)
+    return darkness_of(np.asarray(lab[..., 0], np.float32), face, figure)
+
+
+def darkness_of(light: Image, face: Face, figure: Figure) -> Image:
+    """The same from the lightness (H, W) of CIELAB."""
     bare = light[bare_skin(face, figure)]
     if not bare.size:
         return np.zeros(light.shape, np.float32)

@@ -15,6 +15,7 @@ from limner.vision.edges.flow import Flow
 from limner.vision.figure import Figure
 from limner.vision.head import face_frame, head_ellipse
 from limner.vision.portrait.grow import Rule, grow
+from limner.vision.portrait.hair import beside_hair, clutter, hair_of_head, places
 from limner.vision.portrait.marks import Mark
 from limner.vision.portrait.seen import Seen
 from limner.vision.portrait.settings import PortraitSettings
@@ -88,18 +89,22 @@ def draw_rest(seen: Seen, face: Face, figure: Figure, drawn: Sequence[Mark], set
     labels = _labels(face, seen.grey.shape, names, settings.body)
     if not _clear_outline(seen, face, figure):
         labels[(labels == hair) & (_out_of_the_head(face, labels.shape) > NEAR)] = names.index("far")
+    locks, background = names.index("locks"), names.index("background")
+    rules[locks] = dataclasses.replace(rules[locks], low=max(rules[locks].low, clutter(seen, face, figure)))
     outside = ~dilated(figure.figure, round(OUTLINE * unit))
     hairy = np.isin(labels, [hair, names.index("far")])
-    labels[outside & ~hairy] = names.index("background")
-    labels[outside & hairy] = names.index("locks")
-    labels[(labels == names.index("locks")) & _leading_away(seen.broad, face)] = names.index("background")
+    labels[outside & ~hairy] = background
+    labels[outside & hairy] = locks
+    labels[(labels == locks) & _leading_away(seen.broad, face)] = background
     beard = _beard(figure, face) & np.isin(labels, [names.index(name) for name in ("face", "jaw", "mouth")])
     labels[beard] = names.index("beard")
     before = [(mark.line, rules[names.index(mark.region)].apart) for mark in drawn]
     grown = grow(seen.both, seen.broad, labels, rules, before)
-    marks = []
+    of_head, marks = hair_of_head(face, figure), []
     for i, name in enumerate(names):
         lines = [found.line for found in grown if found.rule == i]
+        if name in ("hair", "far", "locks"):
+            lines = [line for line in lines if beside_hair(line, of_head, unit)]
         for line in join_gaps(lines, GAP * unit, GAP_BEND) if lines else []:
             strength = float(np.median(seen.at(seen.both, line)))
             region = {"bag": "eye", "beard": "face", "far": "hair", "locks": "hair"}.get(name, name)
@@ -140,26 +145,20 @@ def _labels(face: Face, shape: Shape, names: list[str], body: float) -> Labels:
 
 def _clear_outline(seen: Seen, face: Face, figure: Figure) -> bool:
     """Whether lines run along the border of the hair, or hair was only supposed where none is: on a bald head."""
-    border = dilated(figure.hair, 1) & ~figure.figure & (_frame_grid(face, seen.grey.shape)[..., 1] < ABOVE)
+    border = dilated(figure.hair, 1) & ~figure.figure & (places(face, seen.grey.shape)[..., 1] < ABOVE)
     near = np.asarray(cv2.dilate(seen.coarse, np.ones((7, 7), np.uint8)), np.float32)
     return not border.any() or float(np.median(near[border])) > CLEAR
 
 
 def _out_of_the_head(face: Face, shape: Shape) -> Floats:
     """How far out of the head's ellipse each pixel (H, W) lies: 1 on it."""
-    return head_ellipse(face).level(_frame_grid(face, shape))
-
-
-def _frame_grid(face: Face, shape: Shape) -> Floats:
-    """Each pixel (H, W, 2) in the frame of the face."""
-    y, x = np.indices(shape, np.float64)
-    return face_frame(face).from_photo(np.stack([x, y], axis=-1))
+    return head_ellipse(face).level(places(face, shape))
 
 
 def _leading_away(flow: Flow, face: Face) -> Mask:
     """Where (H, W) lines lead away from the head and do not hang down as hair does, or stand beside it like a post."""
     frame, head = face_frame(face), head_ellipse(face)
-    place = _frame_grid(face, flow.x.shape)
+    place = places(face, flow.x.shape)
     slope = (place - head.centre) / head.radii**2 @ frame.axes_px
     slope /= np.maximum(np.hypot(slope[..., 0], slope[..., 1]), 1e-9)[..., None]
     down = frame.axes_px[1] / np.hypot(*frame.axes_px[1])

@@ -14,11 +14,13 @@ from limner.vision.portrait.brows import draw_brows
 from limner.vision.portrait.eyes import draw_eyes
 from limner.vision.portrait.jaw import draw_jaw
 from limner.vision.portrait.marks import Mark, runs
+from limner.vision.portrait.masses import draw_masses
 from limner.vision.portrait.mouth import draw_mouth
 from limner.vision.portrait.nose import draw_nose
 from limner.vision.portrait.rest import draw_rest
 from limner.vision.portrait.seen import Seen
 from limner.vision.portrait.settings import PortraitSettings
+from limner.vision.portrait.shoulders import draw_shoulders
 from limner.vision.regions import RegionSettings
 
 NOTHING = 0.02
@@ -52,8 +54,10 @@ def portrait_strokes(
         *draw_nose(seen, face),
         *draw_mouth(seen, face, settings.flow),
         *draw_jaw(seen, face),
+        *draw_shoulders(seen, face, figure, settings.body),
     ]
     marks += draw_rest(seen, face, figure, marks, settings)
+    marks += draw_masses(seen, face, figure, marks, settings.dark_apart)
     return _weighed(marks, face, size_px, importance)
 
 
