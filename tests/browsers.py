@@ -52,6 +52,17 @@ def chromium(film=None, *flags):
             browser.close()
 
 
+@contextlib.contextmanager
+def another(browser, *flags, without=()):
+    """A second Chromium beside one that runs, with more flags and without some of the usual."""
+    where, kept = shutil.which("chromium"), [flag for flag in FLAGS if flag not in without]
+    second = browser.browser_type.launch(executable_path=where, args=[*kept, *flags])
+    try:
+        yield second
+    finally:
+        second.close()
+
+
 class Visit:
     """A person's tab.
 

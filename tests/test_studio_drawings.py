@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import json
 import struct
 import tomllib
@@ -16,9 +17,11 @@ from limner import storage
 from limner.motion.arm.robots import ROBOTS, load_robot
 from limner.motion.machine import load_machine
 from limner.motion.pen import plan
-from limner.pipeline import Settings
+from limner.pipeline import Session, Settings
 from limner.targets import gcode_read, hpgl_read, svg_read
 from limner.types import Drawing, JointTrajectory
+from limner.vision.lines import PICTURES
+from limner.vision.photo import load_photo
 
 FEW = {"style": "splines"}
 
@@ -68,6 +71,14 @@ def unpacked(frame):
     return rev, t, places.reshape(n, 2) * unit, joints.reshape(n, d), line, down
 
 
+def unpacked_lines(frame):
+    """Where each line begins and ends, and points [mm], of a frame of lines by the same table."""
+    kind, _, n, m, unit = struct.unpack_from("<BxxxIIIf", frame)
+    assert kind == 1
+    offsets = np.frombuffer(frame, "<u4", n + 1, 24)
+    return offsets, np.frombuffer(frame, "<i2", 2 * m, 24 + offsets.nbytes).reshape(m, 2) * unit
+
+
 def test_what_is_kept_is_what_was_shown(guest, kept, drawing):
     with studios.live(guest) as talk:
         talk.wish(rev=1, photo=guest.photo, settings=FEW)
@@ -103,6 +114,22 @@ def test_the_menu_names_every_format(guest, kept):
     answer = guest.get(f"/api/export/{kept['drawing']}.exe")
     assert answer.status_code == 400
     assert "svg" in answer.json()["error"]
+
+
+@pytest.mark.slow
+def test_a_style_in_colours_gives_its_picture_and_others_say_that_they_have_none(guest, kept):
+    settings = {"style": "cartoon", "order.kicks": 0}
+    drawn = guest.post("/api/drawing", json={"photo": guest.photo, "settings": settings}).json()
+    assert drawn["wish"] == {"face": 0, "points_px": None, "settings": settings}
+    with Image.open(io.BytesIO(exported(guest, drawn, "picture.png"))) as picture:
+        seen = np.asarray(picture)
+    wanted = Session(load_photo(studios.face_jpeg())).draw(Settings.from_dict({"style": "cartoon"})).picture()
+    assert (seen == wanted).all()
+    refused = guest.get(f"/api/export/{kept['drawing']}.picture.png")
+    assert refused.status_code == 400
+    assert "no picture in colours; choose from" in refused.json()["error"]
+    pictured = {style["name"] for style in guest.get("/api/options").json()["styles"] if style["picture"]}
+    assert pictured == set(PICTURES)
 
 
 def test_a_plotters_plan_is_the_planners(guest, drawing):
@@ -164,12 +191,21 @@ def test_an_arms_plan_leads_the_pen_along_the_drawing(guest, kept, drawing):
 def test_what_an_arm_cannot_reach_is_told_line_by_line(guest):
     pytest.importorskip("urdf_parser_py")
     with studios.live(guest) as talk:
-        settings = FEW | {"arm.place.at": "-0.6,0.2,-0.45"}
-        talk.wish(rev=2, photo=guest.photo, settings=settings, want=["plan"], plan={"robot": "dumbo"})
+        settings = FEW | {"page.size": "a5", "arm.place.at": "0.92,0.1,0.0"}
+        talk.wish(rev=2, photo=guest.photo, settings=settings, want=["preview", "plan"], plan={"robot": "ur5e"})
+        _, lines = talk.hear(lambda said: said["type"] == "preview" and said["final"])
         message, frame = talk.hear(lambda said: said["type"] == "plan")
-    if frame is None:
-        assert message["error"]
-        assert set(message["plan"]["unreachable"]) <= set(range(message["plan"]["lines"]))
+    assert frame is None
+    assert "cannot be reached" in message["error"]
+    base_from_paper, red = np.array(message["plan"]["base_from_paper"]), set(message["plan"]["unreachable"])
+    offsets, points = unpacked_lines(lines)
+    places = np.c_[points[:, 0], 210 - points[:, 1], np.zeros(len(points))] / 1000
+    away = np.linalg.norm((places @ base_from_paper[:3, :3].T + base_from_paper[:3, 3])[:, :2], axis=1)
+    farthest = [away[i:j].max() for i, j in itertools.pairwise(offsets)]
+    # An upright pen is held as far from the first joint on all sides: a circle parts what is reached from what is not.
+    reached = [far for i, far in enumerate(farthest) if i not in red]
+    assert 0 < len(red) < len(farthest)
+    assert max(reached) < min(farthest[i] for i in red) + 0.002
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -8,6 +8,7 @@ import httpx
 import pytest
 
 import studios
+from limner.studio import machine
 
 FEW = {"style": "splines", "page.size": "a6"}
 """Nine lines, half a minute on a plotter."""
@@ -129,6 +130,22 @@ def test_a_pause_can_be_taken_back(idle):
     assert told(idle, "resume").json()["state"] == "running"
 
 
+@pytest.mark.slow
+def test_it_waits_for_each_next_pen_and_names_it(idle):
+    settings = {"style": "cartoon", "cartoon.pens": 3, "page.size": "a6", "order.kicks": 0}
+    kept = idle.post("/api/drawing", json={"photo": idle.photo, "settings": settings}).json()
+    pens = [pen["name"] for pen in kept["report"]["pens"]]
+    assert len(pens) > 1
+    assert start(idle, drawing=kept["drawing"], to="sim:1000")["next_pen"] == ""
+    for pen in pens[1:]:
+        paused = until(idle, "paused")
+        assert paused["next_pen"] == pen
+        assert pen in paused["said"]
+        assert told(idle, "resume").json()["next_pen"] == ""
+        until(idle, "running", "done", "paused")
+    assert until(idle, "done")["next_pen"] == ""
+
+
 def test_only_one_job_at_a_time(server, idle):
     start(idle, to="sim:1")
     with studios.enter(server) as other:
@@ -213,6 +230,19 @@ def test_the_checklist_moves_nothing(idle):
     assert answer["ask"]
     assert "pen" in answer["ready"]
     assert idle.get("/api/job").json()["state"] == "idle"
+
+
+def test_a_bare_serial_port_is_called_one(monkeypatch):
+    found = [
+        ("/dev/ttyS0", "n/a", False),
+        ("/dev/ttyUSB0", "USB2.0-Serial", False),
+        ("/dev/ttyACM0", "EiBotBoard", True),
+    ]
+    monkeypatch.setattr("limner.targets.serial_link.ports", lambda: found)
+    told = {target["address"]: target["help"] for target in machine._ports()}
+    assert told["grbl:/dev/ttyUSB0"] == "USB2.0-Serial"
+    assert told["ebb:/dev/ttyACM0"] == "EiBotBoard"
+    assert "does not say" in told["grbl:/dev/ttyS0"]
 
 
 def test_simulators_are_always_there(idle):

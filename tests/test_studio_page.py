@@ -5,7 +5,11 @@ from __future__ import annotations
 import base64
 import contextlib
 import io
+import shutil
+import subprocess
+from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image, ImageOps
 
@@ -13,6 +17,12 @@ import browsers
 import studios
 
 pytestmark = pytest.mark.slow
+ROOT = Path(__file__).parents[1]
+BUILT = ROOT / "src" / "limner" / "studio" / "page" / "built" / "arm3d.js"
+PLANNING_S = 120.0
+"""A robot's motion takes seconds, on a busy machine more."""
+SETTLED = "() => limnerApp.state.preview?.final && limnerApp.state.preview.rev === limnerApp.state.revision"
+"""The drawing is that of the latest wish."""
 SCREENS = ("Photo", "Face", "Choose", "Adjust", "Watch", "Send")
 
 
@@ -71,7 +81,7 @@ def inked(visit, pixels):
     raise AssertionError(f"{ink(visit)} pixels of ink")
 
 
-def test_from_the_camera_to_candidates(visit):
+def test_from_the_camera_to_a_finished_job(visit):
     page = visit.page
     page.get_by_role("button", name="Use the camera").click()
     page.get_by_role("button", name="Take the photo").click()
@@ -86,7 +96,16 @@ def test_from_the_camera_to_candidates(visit):
     page.get_by_role("button", name=name, pressed=True).wait_for()
     page.get_by_role("link", name="Go on with this one").click()
     page.get_by_role("button", name=name, exact=True, pressed=True).wait_for()
-    assert int(figure(visit, "Strokes")) > 10
+    visit.until(SETTLED)
+    strokes = int(figure(visit, "Strokes"))
+    assert strokes > 10
+    start_on(visit, "sim:100")
+    page.get_by_role("heading", name="Done").wait_for()
+    job = page.evaluate("() => limnerApp.state.job")
+    assert (job["mine"], job["share"], job["stroke"], job["strokes"]) == (True, 1, strokes, strokes)
+    inked(visit, 1000)
+    page.get_by_role("button", name="Put away").click()
+    visit.until("() => limnerApp.state.job.state === 'idle'")
 
 
 def test_a_landmark_is_dragged_nudged_and_brought_back(drawn):
@@ -260,7 +279,7 @@ def two_faces():
 
 def test_of_two_faces_one_is_clicked_and_the_one_before_stays_among_the_recent(drawn):
     page = drawn.page
-    drawn.until("() => limnerApp.state.preview?.final")
+    few_lines(drawn)
     drawn.go("Photo")
     drawn.choose_photo(two_faces())
     page.get_by_role("heading", name="Who is it to be?").wait_for()
@@ -270,9 +289,18 @@ def test_of_two_faces_one_is_clicked_and_the_one_before_stays_among_the_recent(d
     page.get_by_role("button", name=f"Face {right + 1}").click()
     page.locator(".card .facts").first.wait_for()
     assert min(x for x, _ in drawn.until("() => limnerApp.landmarks")) > 340
+    # They are the server's: a reload leaves them, and each is gone on with as it was left.
+    page.reload()
+    drawn.until("() => Boolean(globalThis.limnerApp)")
     drawn.go("Photo")
+    drawn.until(
+        "() => limnerApp.state.recents.length === 1 && limnerApp.state.recents[0].settings['page.size'] === 'a6'"
+    )
+    assert ink(drawn, ".recents canvas:nth-child(2)") > 50
+    assert drawn.violations() == []
     page.locator(".recents button").first.click()
     drawn.until("() => limnerApp.state.screen === 'adjust' && limnerApp.state.photo.width === 400")
+    drawn.until("() => limnerApp.state.preview?.final && limnerApp.state.preview.page.width_mm === 105")
 
 
 def test_two_people_do_not_see_each_others_photos(server, browser, drawn):
@@ -324,7 +352,7 @@ def test_a_job_is_paused_reloaded_and_resumed_in_another_tab(server, browser, dr
 def few_lines(visit):
     """The drawing on the desk in nine lines, half a minute on a plotter."""
     visit.page.evaluate("() => limnerApp.setSettings({ style: 'splines', 'page.size': 'a6' })")
-    visit.until("() => limnerApp.state.preview?.final && limnerApp.state.preview.report.strokes < 20")
+    visit.until(SETTLED)
     return visit.page.evaluate("() => limnerApp.state.preview.report.strokes")
 
 
@@ -341,6 +369,32 @@ def start_on(visit, address):
     visit.page.get_by_label("Or by its address").fill(address)
     visit.page.keyboard.press("Tab")
     start_job(visit, None)
+
+
+def test_a_job_waits_for_the_next_pen_and_names_it(drawn):
+    page = drawn.page
+    page.evaluate(
+        "() => limnerApp.setSettings({ style: 'cartoon', 'cartoon.pens': 2, 'page.size': 'a6', 'order.kicks': 0 })"
+    )
+    drawn.until(SETTLED)
+    pens = page.evaluate("() => limnerApp.state.preview.report.pens.map(pen => pen.name)")
+    assert len(pens) == 2
+    start_on(drawn, "sim:1000")
+    on = page.get_by_role("button", name="The next pen is in")
+    on.wait_for()
+    assert page.get_by_role("link", name="Next pen").is_visible()
+    page.get_by_text(f"Put in the next one: {pens[1]}.").wait_for()
+    assert drawn.violations() == []
+    on.click()
+    page.get_by_role("heading", name="Done").wait_for()
+    page.get_by_role("button", name="Save").click()
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Picture in colours").click()
+    assert saved.value.suggested_filename == "portrait.picture.png"
+    with Image.open(saved.value.path()) as picture:
+        assert len(picture.getcolors(2**24)) > 3
+    page.get_by_role("button", name="Put away").click()
+    drawn.until("() => limnerApp.state.job.state === 'idle'")
 
 
 def test_a_server_killed_in_mid_job_comes_back_and_the_page_goes_on(browser, tmp_path):
@@ -445,6 +499,85 @@ def test_an_arm_is_watched_from_above(drawn):
     assert ink(drawn) > 1000
 
 
+@pytest.fixture(scope="module")
+def space():
+    """The 3-D view in one file, as a package has it."""
+    if not BUILT.exists():
+        shutil.which("npm") or pytest.skip("needs npm: apt-get install npm")
+        subprocess.run(["make", "studio-3d"], cwd=ROOT, check=True, capture_output=True, timeout=300)
+
+
+def pixels(visit):
+    """What the 3-D view shows, as RGB."""
+    visit.page.wait_for_timeout(500)
+    # What the page lays over it would be seen too.
+    return np.asarray(Image.open(io.BytesIO(visit.page.locator(".arm3d canvas").screenshot())).convert("RGB")).astype(
+        int
+    )
+
+
+def red_and_dark(shown):
+    """Pixels of the red pencil, and of ink."""
+    red, green, blue = shown.transpose(2, 0, 1)
+    return int(((red > green + 60) & (red > blue + 60)).sum()), int((shown.max(-1) < 110).sum())
+
+
+def test_what_an_arm_cannot_reach_is_red_in_3d_before_anything_is_sent(server, browser, space):
+    software = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+    with browsers.another(browser, *software, without=["--disable-gpu"]) as other:
+        visit = browsers.Visit(other, server.url)
+        page = visit.page
+        visit.choose_photo(studios.face_jpeg())
+        page.locator(".card .facts").first.wait_for()
+        page.evaluate("() => limnerApp.setSettings({ style: 'splines', 'arm.place.at': '0.92,0.1,0.0' })")
+        visit.go("Watch")
+        page.locator("#drawer").select_option("robot:ur5e")
+        visit.until("() => limnerApp.state.planError", PLANNING_S)
+        page.get_by_text("What is red cannot be reached.").wait_for()
+        lost = page.evaluate("() => limnerApp.state.plan.unreachable.length / limnerApp.state.plan.lines")
+        assert 0 < lost < 1
+        page.get_by_role("button", name="3-D").click()
+        page.get_by_text("Drag to turn").wait_for()
+        red, dark = red_and_dark(shown := pixels(visit))
+        assert red > 60
+        assert dark > 10
+        assert len(np.unique(shown.reshape(-1, 3), axis=0)) > 200, "the arm is shaded"
+        assert visit.violations() == []
+        # From above the same lines are red.
+        page.get_by_role("button", name="From above").click()
+        assert ink(visit, ".above canvas:nth-child(2)") > 500
+        page.evaluate("() => limnerApp.change({ 'arm.place.at': '0.7,0.1,0.0' })")
+        visit.until("() => limnerApp.state.plan?.joints?.length", PLANNING_S)
+        page.get_by_role("button", name="3-D").click()
+        page.get_by_role("slider", name="Time").fill("0.5")
+        half = pixels(visit)
+        page.get_by_role("slider", name="Time").fill("0.9")
+        more = pixels(visit)
+        assert red_and_dark(half)[0] < 10
+        assert red_and_dark(more)[1] > red_and_dark(half)[1] - 50 > 0, "ink appears"
+        assert (abs(more - half).max(-1) > 30).sum() > 500, "the arm moves"
+        assert visit.complaints == []
+        visit.context.close()
+
+
+def test_without_3d_the_page_says_so_and_shows_the_arm_from_above(server, browser):
+    with browsers.another(browser, "--disable-3d-apis") as other:
+        visit = browsers.Visit(other, server.url)
+        visit.choose_photo(studios.face_jpeg())
+        visit.page.locator(".card .facts").first.wait_for()
+        visit.page.evaluate("() => limnerApp.setSettings({ style: 'splines', 'page.size': 'a6' })")
+        visit.go("Watch")
+        visit.page.locator("#drawer").select_option("robot:ur5e")
+        visit.until("() => limnerApp.state.plan?.joints?.length")
+        visit.page.get_by_role("button", name="3-D").click()
+        visit.page.get_by_text("This browser shows no 3-D").wait_for()
+        visit.page.get_by_role("button", name="From above", pressed=True).wait_for()
+        assert ink(visit, ".above canvas:nth-child(2)") > 500
+        assert visit.violations() == []
+        assert visit.complaints == []
+        visit.context.close()
+
+
 @pytest.mark.parametrize("how", [{"color_scheme": "light"}, {"color_scheme": "dark"}], ids=["light", "dark"])
 def test_every_screen_is_accessible(server, browser, how):
     visit = browsers.Visit(browser, server.url, **how)
@@ -503,8 +636,14 @@ def test_a_guest_of_the_booth_is_drawn_and_the_booth_begins_again(browser):
         operator = browsers.Visit(browser, booth.said["operator_url"], context=browser.new_context())
         operator.page.get_by_text("1 in the queue").wait_for()
         assert operator.violations() == []
-        operator.page.get_by_label("Address").fill("sim:20")
+        operator.page.get_by_label("Drawn by").select_option("machine:grbl")
+        operator.page.get_by_label("Where").select_option("sim:20")
         operator.page.get_by_role("button", name="Use this machine").click()
+        operator.page.get_by_text("The next is drawn at sim:20.").wait_for()
+        assert operator.violations() == []
+        assert operator.page.evaluate("() => limnerApp.store.get().machine") == "grbl"
+        operator.page.set_viewport_size({"width": 375, "height": 740})
+        assert operator.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
         operator.page.get_by_role("button", name="Begin the next").click()
         guest.page.get_by_text("It is drawn.").wait_for()
         guest.page.get_by_role("button", name="Done").click()

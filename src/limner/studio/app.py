@@ -107,6 +107,7 @@ def build(studio: Studio, tokens: dict[str, str], names: set[str]) -> Guard:
         at("/api/options", _options),
         at("/api/photo", photos.take, "POST"),
         at("/api/photo/{name}.jpg", photos.show),
+        at("/api/photo/{name}", photos.about),
         at("/api/photo/{name}", photos.drop, "DELETE"),
         at("/api/photo/{name}/face", photos.place_face, "POST"),
         at("/api/drawing", drawings.keep, "POST"),

@@ -20,7 +20,7 @@ from limner.motion.machine import load_machine
 from limner.pipeline import Portrait, Session, Settings, find_faces, refine_face
 from limner.studio import exports, frames, menu, plans
 from limner.studio.wishes import face_of, settings_of, template
-from limner.targets.image import encode_jpeg
+from limner.targets.image import encode_jpeg, encode_png
 from limner.types import Drawing, Face, Photo
 from limner.vision.landmarks import choose
 from limner.vision.lines import LineSettings
@@ -139,6 +139,10 @@ class Desk:
         return exports.exported(
             storage.from_npz(Drawing, npz), kind, self._settings(settings), by.get("machine"), by.get("robot")
         )
+
+    def picture(self, wish: dict[str, Any]) -> bytes:
+        """The photo in colours as the style of a drawing pictures it, as PNG."""
+        return encode_png(self._draw(wish, False).picture())
 
     def prepared(self, npz: bytes, robot: str | None, settings: dict[str, Any], frame_only: bool) -> bytes:
         """What is sent of a drawing: itself, or the motion of a robot's joints; or of the frame around it."""

@@ -50,6 +50,7 @@ class Jobs:
         self._thread: threading.Thread | None = None
         self._control: Any = None
         self._begins_s: list[float] = []
+        self._next_pens: dict[int, str] = {}
         self._began, self._drew_s, self._shared = 0.0, 0.0, 0.0
         self._take_up()
 
@@ -118,7 +119,7 @@ class Jobs:
         if self.busy:
             self._control.pause = False
             self._began = time.monotonic()
-            self._change("running", said="")
+            self._change("running", said="", next_pen="")
         else:
             self._begin(self._shelf.order(), resume=True)
 
@@ -189,7 +190,9 @@ class Jobs:
             journal = Journal(path, made.drawing, resume=resume and path.exists())
             self._post(self._known, made, journal.place.stroke)
             try:
-                ended = made.run(journal, control, lambda place, waits: self._post(self._at, place.stroke, waits))
+                ended = made.run(
+                    journal, control, lambda place, waits: self._post(self._at, place.stroke, place.vertex, waits)
+                )
             finally:
                 journal.close()
             self._post(self._ended, ended.stroke)
@@ -205,7 +208,9 @@ class Jobs:
             self._loop.call_soon_threadsafe(call, *arguments)
 
     def _known(self, made: Made, stroke: int) -> None:
-        self._begins_s = [float(value) for value in made.begins_s]
+        self._begins_s, drawing = [float(value) for value in made.begins_s], made.drawing
+        changes = drawing.changes().nonzero()[0].tolist()
+        self._next_pens = {place: drawing.pens[int(drawing.layer[place])].name for place in changes}
         self.status = dataclasses.replace(
             self.status, name=made.name, strokes=len(self._begins_s), seconds=made.seconds, left_s=made.seconds
         )
@@ -213,18 +218,18 @@ class Jobs:
         self._shared = self.status.share
         self._tell()
 
-    def _at(self, stroke: int, waits: bool) -> None:
+    def _at(self, stroke: int, vertex: int, waits: bool) -> None:
         """The pen is up, before a stroke."""
         state = self.status.state
         self._place(stroke)
         if waits and state in ("connecting", "running", "pausing") and self._control.pause:
             self._drew_s += time.monotonic() - self._began
-            asked = state == "pausing"
-            self._change("paused", said="the pen is up" if asked else "the pen is up: now the next pen of the drawing")
+            pen = "" if vertex else self._next_pens.get(stroke, "")
+            self._change("paused", said=f"the pen is up: now the pen '{pen}'" if pen else "the pen is up", next_pen=pen)
         elif not waits and state in ("connecting", "running", "pausing", "paused"):
             if state in ("connecting", "paused"):
                 self._began = time.monotonic()
-            self._change("pausing" if state == "pausing" else "running")
+            self._change("pausing" if state == "pausing" else "running", next_pen="")
 
     def _place(self, stroke: int) -> None:
         self.status.stroke = stroke
@@ -277,5 +282,5 @@ class Jobs:
 
     def _forget(self) -> None:
         self.status, self.drawing, self.owner = Status(), "", None
-        self._begins_s = []
+        self._begins_s, self._next_pens = [], {}
         self._shelf.clear()

@@ -37,6 +37,9 @@ SIMULATORS = (
 """Machines that are always there."""
 
 
+NOTHING_SAID = "a serial port that does not say what is plugged in"
+
+
 @describe("Job")
 async def job(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """What the machine does."""
@@ -71,7 +74,8 @@ def _ports() -> list[dict[str, str]]:
             "kind": "plotter",
             "label": f"{'AxiDraw' if axidraw else 'GRBL plotter'} at {name}",
             "state": "ready",
-            "help": about,
+            # What the system says of a bare port.
+            "help": NOTHING_SAID if about in ("", "n/a") else about,
         }
         for name, about, axidraw in found
     ]

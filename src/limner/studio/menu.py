@@ -107,7 +107,7 @@ def options(base: Settings) -> dict[str, Any]:
         "settings": settings_tree(base),
         "sliders": list(SLIDERS),
         "presets": list(PRESETS),
-        "styles": [{"name": name, **_labels(name)} for name in styles()],
+        "styles": [{"name": name, **_labels(name), "picture": name in PICTURES} for name in styles()],
         "refinements": [NONE, *REFINEMENTS],
         "machines": [_machine(name) for name in MACHINES],
         "robots": [{"name": name} for name in ROBOTS],

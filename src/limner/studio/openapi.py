@@ -60,11 +60,12 @@ SCHEMAS: dict[str, Schema] = {
     ),
     "Wish": _WISH,
     "Drawing": thing(
-        ("drawing", "photo", "report", "settings"),
+        ("drawing", "photo", "report", "settings", "wish"),
         drawing=TEXT,
         photo=TEXT,
         report={"type": "object"},
         settings={"type": "object"},
+        wish={"type": "object"},
     ),
     "Order": thing(
         ("drawing", "to"), drawing=TEXT, to=TEXT, machine=MAYBE_TEXT, robot=MAYBE_TEXT, frame_only={"type": "boolean"}
@@ -85,6 +86,7 @@ SCHEMAS: dict[str, Schema] = {
         frame_only={"type": "boolean"},
         error=MAYBE_TEXT,
         said=TEXT,
+        next_pen=TEXT,
         mine={"type": "boolean"},
     ),
     "Check": thing(

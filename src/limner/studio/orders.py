@@ -97,3 +97,4 @@ class Status:
     frame_only: bool = False
     error: str | None = None
     said: str = ""
+    next_pen: str = ""

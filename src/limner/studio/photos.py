@@ -25,6 +25,12 @@ async def show(studio: Studio, visitor: Visitor, request: Request) -> Response:
     return Response(photo_of(visitor, request.path_params["name"]).jpeg, media_type="image/jpeg")
 
 
+@describe("Photo")
+async def about(studio: Studio, visitor: Visitor, request: Request) -> Response:
+    """What was found in a photo."""
+    return JSONResponse(photo_of(visitor, request.path_params["name"]).about)
+
+
 @describe(status=204)
 async def drop(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """Let go of a photo."""

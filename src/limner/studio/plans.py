@@ -12,7 +12,8 @@ from limner import transforms
 from limner.errors import BadInput, CannotDraw
 from limner.motion.area import check_area
 from limner.motion.arm.ik import inverse
-from limner.motion.arm.place import AUTO, parse_place
+from limner.motion.arm.paper import Placement
+from limner.motion.arm.place import AUTO, THESIS, parse_place
 from limner.motion.arm.plan import plan_arm
 from limner.motion.arm.robot import Robot
 from limner.motion.arm.robots import ROBOTS, load_robot
@@ -83,7 +84,12 @@ def _by_robot(drawing: Drawing, name: str, settings: Settings, rev: int) -> dict
     try:
         made = plan_arm(drawing, robot, settings.arm)
     except CannotDraw as error:
-        return {"plan": told | {"unreachable": unreachable(drawing, robot, settings)}, "error": str(error)}
+        placed = _given_place(drawing, settings)
+        where = {"base_from_paper": placed.base_from_paper.tolist()} if placed else {}
+        return {
+            "plan": told | where | {"unreachable": unreachable(drawing, robot, settings, placed)},
+            "error": str(error),
+        }
     told |= {key: value for key, value in made.report().items() if key not in ("robot", "planning_s")}
     motion = made.trajectory
     places = made.placement.points_mm(robot.forward(motion.q)[:, :3, 3])[:, :2]
@@ -91,13 +97,19 @@ def _by_robot(drawing: Drawing, name: str, settings: Settings, rev: int) -> dict
     return {"plan": told | {"unreachable": []}, "frame": frame}
 
 
-def unreachable(drawing: Drawing, robot: Robot, settings: Settings) -> list[int]:
+def _given_place(drawing: Drawing, settings: Settings) -> Placement | None:
+    """Where the sheet was to lie; None where it was limner's to find."""
+    place, page = settings.arm.place, drawing.page
+    if place.at in (AUTO, THESIS):
+        return None
+    return parse_place(place.at, (page.width_mm, page.height_mm), place.spin_deg)
+
+
+def unreachable(drawing: Drawing, robot: Robot, settings: Settings, placed: Placement | None) -> list[int]:
     """Indices of the lines that the pen does not reach, where the sheet was given a place; else all of them."""
     lines = drawing.lines_mm
-    if settings.arm.place.at == AUTO:
+    if placed is None:
         return list(range(len(lines)))
-    size = (drawing.page.width_mm, drawing.page.height_mm)
-    placed = parse_place(settings.arm.place.at, size, settings.arm.place.spin_deg)
     step = max(1, drawing.points // _LOOKED_AT)
     some = [np.concatenate([line[::step], line[-1:]]) for line in lines]
     points = np.concatenate(some)

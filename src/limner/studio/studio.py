@@ -90,7 +90,8 @@ class Studio:
             LimnerError: whatever stands in the way.
         """
         made, name = await self.compute(visitor, "keep", wish), secrets.token_urlsafe(9)
-        about = {"drawing": name, "photo": wish["photo"]} | made["about"]
+        wished = {key: wish[key] for key in ("face", "points_px", "settings")}
+        about = {"drawing": name, "photo": wish["photo"], "wish": wished} | made["about"]
         held = HeldDrawing(name, wish["photo"], made["npz"], about)
         visitor.drawings.add(name, held)
         return held

@@ -11,6 +11,8 @@ import URDFLoader from "urdf-loader";
 /** @typedef {{width_mm: number, height_mm: number}} Page */
 
 const ABOVE_SHEET_M = 0.0006;
+const INK = new Color(0x1d1c1a);
+const UNREACHED = new Color(0xb8361c);
 
 /** The room with the arm. Drawn only when something has changed. */
 export class Space {
@@ -44,7 +46,7 @@ export class Space {
 
   /**
    * The sheet where the plan has it, with all the ink that there will be.
-   * @param {{base_from_paper: number[][], joints_named: string[], base?: string}} plan
+   * @param {{base_from_paper: number[][], joints_named: string[], unreachable?: number[], joints?: Float32Array, base?: string}} plan
    * @param {Lines} lines
    * @param {Page} page
    */
@@ -59,7 +61,7 @@ export class Space {
     const floor = new GridHelper(0.8, 16, 0xb3aa98, 0xcfc7b6);
     floor.rotation.x = Math.PI / 2;
     floor.position.set(width / 2, height / 2, -0.004);
-    this.ink = inkOf(lines, height);
+    this.ink = inkOf(lines, height, new Set(plan.unreachable));
     this.starts = countsOf(lines);
     this.table.add(paper, floor, this.ink);
     // The plan is in the frame of the arm's base, which may stand anywhere in the robot.
@@ -67,7 +69,7 @@ export class Space {
     this.table.matrix.copy(this.robot.links[plan.base ?? ""]?.matrixWorld ?? new Matrix4()).multiply(inBase);
     this.table.matrixWorldNeedsUpdate = true;
     this.arm = this.robot.links[plan.base ?? ""]?.matrixWorld;
-    this._look(new Vector3(width / 2, height / 2, 0).applyMatrix4(this.table.matrix));
+    this._look(new Vector3(width / 2, height / 2, 0).applyMatrix4(this.table.matrix), Boolean(plan.joints));
   }
 
   /** @param {number[]} q @param {number} ink points that are drawn */
@@ -85,13 +87,14 @@ export class Space {
     });
   }
 
-  /** From beyond the sheet, a little above, towards the arm. @param {Vector3} sheet */
-  _look(sheet) {
+  /** From beyond the sheet, a little above, towards the arm; from farther off where it rests, reaching up. @param {Vector3} sheet @param {boolean} draws */
+  _look(sheet, draws) {
+    const far = draws ? 1 : 1.5;
     const arm = new Vector3().setFromMatrixPosition(this.arm ?? new Matrix4());
     const away = sheet.clone().sub(arm).setZ(0).normalize();
     const side = new Vector3(-away.y, away.x, 0);
-    this.controls.target.copy(sheet.clone().lerp(arm, 0.35));
-    this.camera.position.copy(sheet).addScaledVector(away, 0.95).addScaledVector(side, 0.85).add(new Vector3(0, 0, 0.85));
+    this.controls.target.copy(sheet.clone().lerp(arm, 0.35)).add(new Vector3(0, 0, draws ? 0 : 0.2));
+    this.camera.position.copy(sheet).addScaledVector(away, 0.95 * far).addScaledVector(side, 0.85 * far).add(new Vector3(0, 0, 0.85 * far));
     this.controls.update();
     this._fit();
   }
@@ -125,19 +128,29 @@ function armOf(urdf) {
   return robot;
 }
 
-/** Ink as segments, in drawing order: how many are shown costs nothing to change. @param {Lines} lines @param {number} height of the sheet [m] */
-function inkOf({ offsets, points, unit }, height) {
+/**
+ * Ink as segments, in drawing order: how many are shown costs nothing to change.
+ * @param {Lines} lines
+ * @param {number} height of the sheet [m]
+ * @param {Set<number>} red strokes that cannot be reached
+ */
+function inkOf({ offsets, points, unit }, height, red) {
   const places = [];
-  const put = (/** @type {number} */ i) => places.push((points[2 * i] * unit) / 1000, height - (points[2 * i + 1] * unit) / 1000, ABOVE_SHEET_M);
+  const colours = [];
+  const put = (/** @type {number} */ i, /** @type {Color} */ colour) => {
+    colours.push(colour.r, colour.g, colour.b);
+    places.push((points[2 * i] * unit) / 1000, height - (points[2 * i + 1] * unit) / 1000, ABOVE_SHEET_M);
+  };
   for (let stroke = 0; stroke < offsets.length - 1; stroke += 1) {
     for (let i = offsets[stroke] + 1; i < offsets[stroke + 1]; i += 1) {
-      put(i - 1);
-      put(i);
+      put(i - 1, red.has(stroke) ? UNREACHED : INK);
+      put(i, red.has(stroke) ? UNREACHED : INK);
     }
   }
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(Float32Array.from(places), 3));
-  const ink = new LineSegments(geometry, new LineBasicMaterial({ color: 0x1d1c1a }));
+  geometry.setAttribute("color", new BufferAttribute(Float32Array.from(colours), 3));
+  const ink = new LineSegments(geometry, new LineBasicMaterial({ vertexColors: true }));
   ink.frustumCulled = false;
   return ink;
 }

@@ -2,7 +2,7 @@
 
 import { context, fitPixels, onResize, themeColour } from "./canvas.js";
 import { h } from "./dom.js";
-import { NOTHING } from "./ink.js";
+import { NOTHING, RED } from "./ink.js";
 import { apply, frames, place } from "./kinematics.js";
 
 /** @typedef {import("./kinematics.js").Joint} Joint */
@@ -19,6 +19,7 @@ export class AboveView {
     /** @type {any} */
     this.robot = null;
     this.lines = NOTHING;
+    this.red = new Set();
     this.drawn = 0;
     this.ink = 0;
     /** @type {number[]} */
@@ -37,6 +38,7 @@ export class AboveView {
   setPlan(robot, plan, lines, page) {
     Object.assign(this, { robot, plan, lines, page });
     this.paper = plan.base_from_paper.flat();
+    this.red = new Set(plan.unreachable);
     this.radii = new Map(robot.links.map((/** @type {any} */ link) => [link.name, Math.max(0.02, ...link.shapes.map((/** @type {any} */ shape) => shape.radius))]));
     this._fit();
   }
@@ -75,7 +77,8 @@ export class AboveView {
     fitPixels(this.front);
     const { width, height } = this.front;
     const seen = [[0, 0, 0], ...this._corners()];
-    const { joints, dof, times, line } = this.plan;
+    const { joints, dof, times = [], line } = this.plan;
+    if (!joints && this.q.length) seen.push(...this._chain(this.q).map(({ at }) => at));
     // Only while it draws: before and after the arm may stand anywhere.
     for (let i = 0; i < times.length; i += Math.max(1, times.length >> 6)) if (line[i] >= 0) seen.push(...this._chain(Array.from(joints.slice(i * dof, (i + 1) * dof))).map(({ at }) => at));
     const [xs, ys] = [seen.map(([x]) => x), seen.map(([, y]) => y)];
@@ -119,6 +122,11 @@ export class AboveView {
     while (stroke < offsets.length - 2 && offsets[stroke + 1] <= this.drawn) stroke += 1;
     for (let i = Math.max(0, this.drawn - 1); i < this.ink; i += 1) {
       while (stroke < offsets.length - 2 && i >= offsets[stroke + 1]) stroke += 1;
+      if (i === offsets[stroke] && this.red.size) {
+        paint.stroke();
+        paint.beginPath();
+        paint.strokeStyle = this.red.has(stroke) ? RED : themeColour("--sheet-ink");
+      }
       const at = this._onSheet(points[2 * i] * unit, points[2 * i + 1] * unit);
       if (i === offsets[stroke] || i === this.drawn - 1) paint.moveTo(...at);
       else paint.lineTo(...at);

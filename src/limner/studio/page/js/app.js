@@ -1,6 +1,7 @@
 // What the person does goes in; the state that every screen shows comes out, kept in step with the server.
 
 import { answers, ask, download, photoUrl, Refused, sendPhoto, tell } from "./api.js";
+import { recentDrawings } from "./recent.js";
 import { Connection } from "./socket.js";
 import { createStore } from "./store.js";
 import { toast } from "./toast.js";
@@ -10,8 +11,6 @@ import { toast } from "./toast.js";
 /** @typedef {import("./landmarks.js").Point} Point */
 /** @typedef {{photo: string, width: number, height: number, faces: any[], notes: string[], url: string, error?: string}} Photo */
 /** @typedef {{lines: Lines, report: any, page: Page, rev: number, final: boolean}} Drawn */
-
-const RECENT = 8;
 
 /** Which drawings each screen needs. */
 const WANTS = {
@@ -42,8 +41,8 @@ export class App {
     this.kept = null;
     /** @type {string[]} what the last wish wanted */
     this.wanted = [];
-    /** @type {Blob | null} the photo's file, for a server that is started again */
-    this.blob = null;
+    /** @type {{photo: string, blob: Blob} | null} a photo's file, for a server that is started again */
+    this.file = null;
     this.connection = new Connection("ws", {
       message: (message, frame) => this._received(message, frame),
       state: (online) => (online ? this._online() : this._offline()),
@@ -54,9 +53,9 @@ export class App {
   async _online() {
     this.set({ online: true, stranger: false });
     const { photo } = this.state;
-    if (photo && this.blob && !(await answers(photo.url))) {
-      const found = await sendPhoto(this.blob).catch(() => null);
-      if (found) this.set({ photo: { ...found, url: photoUrl(found) } });
+    if (photo && this.file?.photo === photo.photo && !(await answers(photo.url))) {
+      const found = await sendPhoto(this.file.blob).catch(() => null);
+      if (found) this._hold(found, this.file.blob);
     }
     this.wish();
   }
@@ -109,13 +108,20 @@ export class App {
     this.go("photo");
     try {
       const found = await sendPhoto(blob);
-      const photo = { ...found, url: photoUrl(found) };
-      this.blob = blob;
-      this.set({ ...EMPTY, photo, face: 0, points: null, placing: false, trouble: found.error ? { text: found.error } : null, loading: false });
+      const photo = this._hold(found, blob);
+      this.set({ ...EMPTY, face: 0, points: null, placing: false, trouble: found.error ? { text: found.error } : null, loading: false });
       if (photo.faces.length === 1) this.pickFace(0);
     } catch (error) {
       this.set({ loading: false, photo: null, trouble: { text: error instanceof Refused ? error.message : String(error) } });
     }
+  }
+
+  /** @param {any} found @param {Blob} blob @returns {Photo} */
+  _hold(found, blob) {
+    const photo = { ...found, url: photoUrl(found) };
+    this.file = { photo: photo.photo, blob };
+    this.set({ photo });
+    return photo;
   }
 
   /** @param {number} face */
@@ -177,12 +183,15 @@ export class App {
     return this.options.settings.find((/** @type {any} */ setting) => setting.path === path)?.default;
   }
 
-  /** Keeps the drawing on the desk among the recent ones of this run. */
-  remember() {
-    const { photo, face, points, settings, preview, recents } = this.state;
-    if (!photo || !preview) return;
-    const others = recents.filter((/** @type {any} */ recent) => recent.photo.photo !== photo.photo || recent.face !== face);
-    this.set({ recents: [{ photo, face, points, settings, lines: preview.lines, page: preview.page }, ...others].slice(0, RECENT) });
+  /** Has the server keep the drawing on the desk, among the recent ones of this run. */
+  async remember() {
+    const { photo, preview } = this.state;
+    if (photo && preview && (await this.keep())) await this.recollect();
+  }
+
+  /** The drawings that the server keeps: they outlast a reload, and end with limner. */
+  async recollect() {
+    this.set({ recents: await recentDrawings(this.state.recents) });
   }
 
   /** @param {any} recent */
@@ -261,6 +270,11 @@ export class App {
       toast(error instanceof Error ? error.message : String(error));
       return false;
     }
+  }
+
+  /** Whether a style makes a picture in colours too. @param {string} style */
+  pictured(style) {
+    return this.options.styles.some((/** @type {any} */ { name, picture }) => picture && name === style);
   }
 
   /** Who is to draw: a machine by its name, or an arm. @returns {{machine: string} | {robot: string}} */

@@ -4,6 +4,9 @@
 /** @typedef {{width_mm: number, height_mm: number, margin_mm: number, pen_mm: number}} Page */
 /** @typedef {{travel?: boolean, byOrder?: boolean, ink?: string, accent?: string, red?: Set<number>}} Look */
 
+/** Of the red pencil, on paper that is light in any theme. */
+export const RED = "#b8361c";
+
 /** @type {Lines} */
 export const NOTHING = { offsets: new Uint32Array(1), points: new Int16Array(0), unit: 0.01 };
 
@@ -103,7 +106,7 @@ export class Ink {
     if (own) {
       context.stroke();
       context.beginPath();
-      context.strokeStyle = look.red?.has(stroke) ? look.accent ?? "#c00" : orderColour(stroke / Math.max(1, lines.offsets.length - 2));
+      context.strokeStyle = look.red?.has(stroke) ? look.accent ?? RED : orderColour(stroke / Math.max(1, lines.offsets.length - 2));
     }
     this._trace(Math.max(first, from - 1), to);
     if (own) {
@@ -129,7 +132,7 @@ export class Ink {
     context.beginPath();
     context.lineWidth = Math.max(0.6, Math.min(1, this.widthPx));
     context.globalAlpha = 0.55;
-    context.strokeStyle = look.accent ?? "#a5321c";
+    context.strokeStyle = look.accent ?? RED;
     this._trace(first - 1, first + 1);
     context.stroke();
     context.restore();

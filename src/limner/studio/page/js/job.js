@@ -1,6 +1,6 @@
 // A job of the machine goes in; what it does, in words, comes out.
 
-/** @typedef {{state: string, may: string[], drawing: string | null, target: string, name: string, strokes: number, stroke: number, share: number, seconds: number, elapsed_s: number, left_s: number, frame_only: boolean, error: string | null, said: string, mine: boolean}} Job */
+/** @typedef {{state: string, may: string[], drawing: string | null, target: string, name: string, strokes: number, stroke: number, share: number, seconds: number, elapsed_s: number, left_s: number, frame_only: boolean, error: string | null, said: string, next_pen: string, mine: boolean}} Job */
 
 const WORDS = new Map([
   ["idle", "Ready"], ["connecting", "Connecting"], ["running", "Drawing"], ["pausing", "Pausing"], ["paused", "Paused"], ["cancelling", "Stopping"],
@@ -16,6 +16,7 @@ const HELP = new Map([
 
 /** @param {Job} job */
 export function stateWords(job) {
+  if (job.next_pen) return "Next pen";
   return job.state === "running" && job.frame_only ? "Going round the frame" : WORDS.get(job.state) ?? job.state;
 }
 
@@ -36,5 +37,6 @@ export function there(job) {
 
 /** What the state means for the person. @param {Job} job */
 export function helpWords(job) {
+  if (job.next_pen) return `The pen is up. Put in the next one: ${job.next_pen}.`;
   return job.error ?? HELP.get(job.state) ?? job.said;
 }

@@ -89,6 +89,7 @@ async function start() {
   saveDialog(app);
   await restore(app);
   remember(app);
+  app.recollect();
   router(app);
 }
 

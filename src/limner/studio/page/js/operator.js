@@ -5,6 +5,7 @@ import { h, put } from "./dom.js";
 import { duration } from "./format.js";
 import { decode } from "./frames.js";
 import { busy } from "./job.js";
+import { goalPart } from "./parts/goal.js";
 import { jobPart } from "./parts/job.js";
 import { A5, Sheet } from "./sheet.js";
 import { Connection } from "./socket.js";
@@ -24,7 +25,7 @@ class Operator {
     this.job = jobPart(/** @type {any} */ (this), "api/operator");
     main.replaceChildren(this.page());
     this.store.watch(["queue"], () => this.list());
-    this.store.watch(["job", "held", "to", "queue"], () => this.desk());
+    this.store.watch(["job", "held", "queue"], () => this.desk());
     this.connection = new Connection("ws/operator", { message: ({ type, ...more }) => this.heard(type, more), state: (open) => open && this.load() });
   }
 
@@ -40,7 +41,9 @@ class Operator {
   }
 
   async load() {
-    this.store.set(await ask("api/operator/queue"));
+    const told = await ask("api/operator/queue");
+    this.store.set(told);
+    await this.goal?.show(told);
   }
 
   /** @param {string} path @param {any} [value] */
@@ -63,26 +66,20 @@ class Operator {
     this.next = h("button", { type: "button", class: "primary", onclick: () => this.command("api/operator/next") }, "Begin the next");
     this.skip = h("button", { type: "button", onclick: () => this.command("api/operator/skip") }, "Skip this one");
     this.hold = h("button", { type: "button", onclick: () => this.command(`api/operator/${this.store.get().held ? "release" : "hold"}`) });
-    this.address = h("input", { id: "to", type: "text", autocomplete: "off", spellcheck: "false", placeholder: "ebb:/dev/ttyACM0" });
-    this.machine = h("input", { id: "machine", type: "text", autocomplete: "off", spellcheck: "false", placeholder: "axidraw" });
-    const use = h("button", { type: "button", onclick: () => this.command("api/operator/target", { to: this.address.value.trim(), machine: this.machine.value.trim() || null }) }, "Use this machine");
+    this.goal = goalPart((goal) => this.command("api/operator/target", goal).then((told) => told && toast(`The next is drawn at ${told.to}.`)));
     return h("div", {}, h("header", { class: "row apart" }, h("h1", {}, "The booth's queue"), theme), this.count,
       h("div", { class: "columns" }, h("section", { "aria-label": "Queue" }, this.entries),
-        h("div", { class: "desk" }, this.job.element, h("div", { class: "row" }, this.next, this.skip, this.hold),
-          h("section", { class: "stack tight", "aria-labelledby": "machine-title" }, h("h2", { id: "machine-title" }, "Machine"),
-            h("div", { class: "field" }, h("label", { for: "to" }, "Address"), this.address), h("div", { class: "field" }, h("label", { for: "machine" }, "Profile"), this.machine), h("div", { class: "row" }, use)))));
+        h("div", { class: "desk" }, this.job.element, h("div", { class: "row" }, this.next, this.skip, this.hold), this.goal.element)));
   }
 
   desk() {
-    const { job, held, to, machine, queue } = this.store.get();
+    const { job, held, queue } = this.store.get();
     if (job) this.job.show(job);
     const waiting = queue.filter((/** @type {any} */ entry) => entry.state === "waiting").length;
     this.next.disabled = busy(job) || !waiting;
     this.skip.disabled = !queue.some((/** @type {any} */ entry) => entry.state === "drawing");
     this.hold.textContent = held ? "Let the queue run" : "Wait for me before each";
     put(this.hold, "aria-pressed", String(Boolean(held)));
-    if (document.activeElement !== this.address && !this.address.value) this.address.value = to ?? "";
-    if (document.activeElement !== this.machine && !this.machine.value) this.machine.value = machine ?? "";
   }
 
   list() {

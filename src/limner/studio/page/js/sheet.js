@@ -2,7 +2,7 @@
 
 import { context, fitPixels, onResize, themeColour } from "./canvas.js";
 import { h } from "./dom.js";
-import { Ink, NOTHING, pointCount } from "./ink.js";
+import { Ink, NOTHING, pointCount, RED } from "./ink.js";
 import { fit } from "./viewport.js";
 
 /** @typedef {import("./ink.js").Lines} Lines */
@@ -103,7 +103,7 @@ export class Sheet {
   }
 
   _clearInk() {
-    this.ink.look = { ...this.ink.look, ink: themeColour("--sheet-ink"), accent: "#b8361c" };
+    this.ink.look = { ...this.ink.look, ink: themeColour("--sheet-ink"), accent: RED };
     this.ink.context.clearRect(0, 0, this.front.width, this.front.height);
     this.ink.drawn = 0;
   }

@@ -36,6 +36,17 @@ function words(plan, error, robot) {
   return [h("p", { class: "quiet" }, `Joints stay ${plan.margin_deg?.toFixed(0)}° within their limits; ${percent(plan.velocity_used)} of their speed and ${percent(plan.acceleration_used)} of their acceleration are used.`)];
 }
 
+/** The joints between two samples of a plan. @param {any} plan @param {{sample: number, share: number}} pen @returns {number[]} */
+function between(plan, { sample, share }) {
+  const next = Math.min(sample + 1, plan.times.length - 1);
+  const at = (/** @type {number} */ row, /** @type {number} */ k) => plan.joints[row * plan.dof + k];
+  return Array.from({ length: plan.dof }, (_, k) => at(sample, k) + share * (at(next, k) - at(sample, k)));
+}
+
+function hasWebGl() {
+  return Boolean(document.createElement("canvas").getContext("webgl2"));
+}
+
 /** The arm over the stage. @param {App} app */
 export function armView(app) {
   const above = new AboveView();
@@ -58,7 +69,7 @@ export function armView(app) {
   const look = (/** @type {string} */ key) => {
     view = key;
     views.forEach((button) => put(button, "aria-pressed", String(button.dataset.view === key)));
-    element.hidden = key === "sheet" || !robot || !plan?.joints;
+    element.hidden = key === "sheet" || !robot || !plan;
     above.element.hidden = key !== "above";
     room.hidden = key !== "space";
     said.textContent = "";
@@ -67,6 +78,7 @@ export function armView(app) {
   };
   const enterSpace = async () => {
     if (space || !robot) return;
+    if (!hasWebGl()) return flat("This browser shows no 3-D: WebGL is switched off, or this computer has none. Here is the arm from above.");
     said.textContent = "Loading the 3-D view…";
     try {
       const { Space } = await import("../../built/arm3d.js");
@@ -75,29 +87,26 @@ export function armView(app) {
       if (plan) space.setPlan({ ...plan, base: robot.base }, lines, app.state.preview?.page);
       if (last) show(...last);
     } catch {
-      said.textContent = "The 3-D view is not in this installation: run make studio-3d (it needs npm), or look from above.";
-      look3dMissing();
+      flat("The 3-D view is not in this installation: run make studio-3d (it needs npm). Here is the arm from above.");
     }
+    return undefined;
   };
-  const look3dMissing = () => {
-    view = "above";
-    above.element.hidden = false;
-    room.hidden = true;
-    views.forEach((button) => put(button, "aria-pressed", String(button.dataset.view === "above")));
+  const flat = (/** @type {string} */ why) => {
+    look("above");
+    said.textContent = why;
   };
   const show = (/** @type {any} */ pen, /** @type {number} */ ink) => {
     last = [pen, ink];
-    if (element.hidden || !plan?.joints) return;
-    const at = (/** @type {number} */ k) => plan.joints[pen.sample * plan.dof + k];
-    const next = Math.min(pen.sample + 1, plan.times.length - 1);
-    const q = Array.from({ length: plan.dof }, (_, k) => at(k) + pen.share * (plan.joints[next * plan.dof + k] - at(k)));
+    if (element.hidden || !plan) return;
+    const q = plan.joints ? between(plan, pen) : robot.poses.safe;
     if (view === "above") above.show(q, ink);
     else space?.show(q, ink);
   };
   const setPlan = async (/** @type {any} */ next, /** @type {Lines} */ drawn) => {
     const name = app.state.robot;
     panel.hidden = !name;
-    [plan, lines] = [next?.joints?.length ? next : null, drawn];
+    // A sheet that cannot be drawn on is shown too where it was given a place, the arm at rest beside it.
+    [plan, lines] = [next?.base_from_paper ? next : null, drawn];
     if (!name || !plan) return look("sheet");
     if (robot?.name !== name) {
       robot = await ask(`api/robot/${name}.json`);

@@ -29,6 +29,7 @@ export function jobPart(app, base = "api/job") {
     const words = helpWords(job);
     if (help.textContent !== words) help.textContent = words;
     help.className = job.error ? "note bad" : "";
+    buttons.forEach((button) => button.dataset.action === "resume" && (button.textContent = job.next_pen ? "The next pen is in" : "Go on"));
     buttons.forEach((button) => (button.hidden = !job.may.includes(button.dataset.action ?? "")));
   };
   return { element, show };

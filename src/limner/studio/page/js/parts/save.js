@@ -6,7 +6,7 @@ import { h } from "../dom.js";
 const ABOUT = new Map([
   ["svg", ["SVG", "Inkscape, vpype"]], ["png", ["PNG", "a picture"]], ["gcode", ["G-code", "GRBL plotters"]], ["hpgl", ["HP-GL", "pen plotters"]],
   ["json", ["JSON", "the strokes"]], ["npz", ["NPZ", "for Python"]], ["toml", ["TOML", "the settings"]], ["gif", ["GIF", "a film of it"]], ["mp4", ["MP4", "a film of it"]],
-  ["trajectory.json", ["Motion", "of the arm, JSON"]], ["trajectory.csv", ["Motion", "of the arm, CSV"]], ["trajectory.npz", ["Motion", "of the arm, NPZ"]],
+  ["picture.png", ["Picture", "in colours, PNG"]], ["trajectory.json", ["Motion", "of the arm, JSON"]], ["trajectory.csv", ["Motion", "of the arm, CSV"]], ["trajectory.npz", ["Motion", "of the arm, NPZ"]],
 ]);
 
 /** @param {import("../app.js").App} app */
@@ -23,7 +23,7 @@ export function saveDialog(app) {
 function content(app, dialog) {
   const { robot } = app.state;
   const query = robot ? `?robot=${robot}` : `?machine=${app.value("machine")}`;
-  const fitting = app.options.exports.filter((/** @type {string} */ format) => robot || !format.startsWith("trajectory"));
+  const fitting = [...app.options.exports.filter((/** @type {string} */ format) => robot || !format.startsWith("trajectory")), ...(app.pictured(app.value("style")) ? ["picture.png"] : [])];
   const links = fitting.map((/** @type {string} */ format) => {
     const [name, about] = ABOUT.get(format) ?? [format.toUpperCase(), ""];
     const link = h("button", { type: "button", class: "button", "data-format": format }, h("b", {}, name), h("small", {}, about));

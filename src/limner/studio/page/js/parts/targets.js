@@ -34,11 +34,13 @@ export function targetsPart(app, chosen) {
     } catch {
       targets = [];
     }
-    if (!targets.some((target) => target.address === to)) to = targets.find((target) => target.kind === kind())?.address ?? "";
+    // An address of one's own is in no list.
+    const kept = to && to === own.value.trim();
+    if (!kept && !targets.some((target) => target.address === to)) to = targets.find((target) => target.kind === kind())?.address ?? "";
     render();
     chosen();
   };
-  const stop = app.store.watch(["robot"], () => targets.length && look());
+  const stop = app.store.watch(["robot"], () => targets.length && ((own.value = ""), look()));
   look();
   return { element, get to() { return to; }, close: stop };
 }

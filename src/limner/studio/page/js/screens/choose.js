@@ -74,7 +74,8 @@ function cardOf(app, candidate) {
   paper.style.aspectRatio = `${candidate.page.width_mm} / ${candidate.page.height_mm}`;
   const take = () => app.choose(candidate);
   const button = h("button", { type: "button", class: "card", onclick: take, ondblclick: () => app.go("adjust") },
-    paper, h("span", { class: "name" }, candidate.label, h("span", { class: "tick" })), facts(candidate.report));
+    paper, h("span", { class: "name" }, candidate.label, h("span", { class: "tick" })), facts(candidate.report),
+    app.pictured(candidate.settings.style) && h("span", { class: "small quiet" }, "With a picture in colours"));
   return { view: h("li", {}, button), close: () => sheet.close() };
 }
 

@@ -45,14 +45,17 @@ export function watchScreen(app) {
     show(player.time);
   };
   const load = (/** @type {any} */ lines, /** @type {any} */ page, /** @type {Film} */ next, /** @type {number} */ seconds) => {
-    const share = player.duration ? player.time / player.duration : calm() ? 1 : 0;
+    // What cannot be drawn is seen at once, not when its turn comes.
+    const stuck = Boolean(app.state.plan?.unreachable?.length);
+    const share = stuck ? 1 : player.duration ? player.time / player.duration : calm() ? 1 : 0;
     const first = !player.duration;
+    if (stuck) player.pause();
     film = next;
     player.duration = seconds;
     sheet.show(lines, page, 0);
     player.time = share * seconds;
     look();
-    if (first && !calm()) player.play();
+    if (first && !stuck && !calm()) player.play();
   };
   controls.travel.onchange = controls.order.onchange = look;
   sheet.element.addEventListener("rendered", () => film && mark.show(film.timeline, film.timeline.at(player.time / film.stretch)));
@@ -69,7 +72,7 @@ export function watchScreen(app) {
       const timeline = estimate(preview.lines, EVEN);
       // The shares of the estimate, in the time that the machine's own planner found.
       load(preview.lines, preview.page, { timeline, ink: (sample) => Math.min(sample + 1, pointCount(preview.lines)), stretch: preview.report.seconds / Math.max(timeline.duration, 1e-6) }, preview.report.seconds);
-      arm.plan(null, preview.lines);
+      arm.plan(plan, preview.lines);
     }
   });
   const view = h("div", { class: "view" }, sheet.element, arm.element);
