@@ -57,6 +57,14 @@ def test_resample_keeps_ends_and_places_points_on_the_line(line, step):
     assert distance_to_line(points, line).max() < 1e-6
 
 
+def test_every_point_may_be_held_against_every_segment():
+    points, line = np.array([[0, 1], [5, 5], [2, -3.0]]), np.array([[0, 0], [4, 0], [4, 4.0]])
+    table = geometry.distance_to_segments(points[:, None], line[:-1], line[1:])
+    singly = [[geometry.distance_to_segments(p[None], a, b)[0] for a, b in itertools.pairwise(line)] for p in points]
+    np.testing.assert_array_equal(table, singly)
+    np.testing.assert_allclose(table, [[1, 4], [26**0.5, 2**0.5], [3, 13**0.5]])
+
+
 def test_length_and_closed():
     square = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0.0]])
     assert geometry.length(square) == 4

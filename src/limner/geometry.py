@@ -42,9 +42,9 @@ def resample(line: Floats, step: float) -> Floats:
 
 
 def distance_to_segments(points: Floats, a: Floats, b: Floats) -> Floats:
-    """Distance of points (n, 2) to segments from ``a`` to ``b``, each (2,) or (n, 2): (n,)."""
+    """Distance of points (..., 2) to segments from ``a`` to ``b`` (..., 2), of shapes that go together: (...)."""
     # Coordinate by coordinate: numpy is slow along an axis of two.
-    (x, y), (ax, ay), (bx, by) = points.T, a.T, b.T
+    (x, y), (ax, ay), (bx, by) = ((place[..., 0], place[..., 1]) for place in (points, a, b))
     along_x, along_y = bx - ax, by - ay
     squared = np.maximum(along_x * along_x + along_y * along_y, 1e-300)
     t = np.clip(((x - ax) * along_x + (y - ay) * along_y) / squared, 0, 1)

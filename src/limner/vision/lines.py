@@ -3,7 +3,7 @@
 How a style plugs in. Its settings are a group of ``LineSettings`` that bears its name, with _ for -. It is either
 
 - an extractor (in ``edges.EXTRACTORS``): photo at the working scale, face, its settings -> edge map, which is trimmed,
-  thinned and traced as everybody's; or
+  thinned and traced as everybody's; one whose thresholds are cheap to change is in ``edges.IN_TWO``, too; or
 - a way of its own (in ``OWN_WAYS``): photo, face, all ``LineSettings``, stages -> strokes of the photo, the heaviest
   first; or
 - made to measure (in ``MEASURED``): a way of its own whose group has ``points``, by which the drawing is made for its
