@@ -57,7 +57,7 @@ def from_csv(data: bytes, name: str) -> JointTrajectory:
         raise BadInput(f"{name}: is no table of a joint trajectory ({error})") from error
     names = tuple(column.partition(":")[2] for column in header if column.startswith("q:"))
     expected = ["t_s", *(f"{kind}:{joint}" for kind in _KINDS for joint in names), "down", "stroke", "press_mm"]
-    if header not in (expected, expected[:-1]) or table.ndim != 2 or not names:
+    if header not in (expected, expected[:-1]) or table.ndim != 2 or table.shape[1] != len(header) or not names:
         raise BadInput(
             f"{name}: is no table of a joint trajectory; expected the columns t_s, q:, qd:, qdd:, down, stroke,"
             " and press_mm if it is known"
