@@ -59,7 +59,8 @@ def _in_silence() -> Iterator[None]:
         def emit(self, record: logging.LogRecord) -> None:
             said.append(record.getMessage())
 
-    with mock.patch.object(logging, "lastResort", Heard(logging.WARNING)):
+    unheard = mock.patch.object(logging.root, "handlers", [])  # as in a terminal, where nobody listens
+    with unheard, mock.patch.object(logging, "lastResort", Heard(logging.WARNING)):
         yield
     if said:
         raise Broken(f"says {said[0]!r}")

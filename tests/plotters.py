@@ -106,3 +106,10 @@ class Served:
                 os.write(self._master, said)
             time.sleep(self.step_s if busy else 0.001)
         return None
+
+
+def settled(fake):
+    """The fake once it has done all that it was told: a machine goes on with what is in its buffer."""
+    while fake.step():
+        pass
+    return fake

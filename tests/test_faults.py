@@ -28,7 +28,7 @@ from limner.studio.visitors import HeldDrawing
 from limner.targets.fake_grbl import FakeGrbl
 from limner.targets.journal import Journal, Place
 from limner.targets.send import Control, send
-from plotters import Served, counted, grbl, inked
+from plotters import Served, counted, grbl, inked, settled
 
 ROOT = Path(__file__).parents[1]
 LINES = of(*[[[10 + 5 * k, 10], [10 + 5 * k, 50]] for k in range(12)])
@@ -241,7 +241,7 @@ def test_a_disk_that_fills_up_while_a_machine_draws_raises_the_pen(tmp_path, mon
     with pytest.raises(BadInput, match="the journal cannot be written"):
         send(LINES, target, journal, Control(), lambda place, waits: None)
     monkeypatch.undo()
-    assert not fake.pen_down
+    assert not settled(fake).pen_down
     assert journal.place.stroke == line // 2
     journal.close()
     if line:

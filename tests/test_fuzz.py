@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import io
+import logging
+import random
+import warnings
+import zipfile
+
 import fuzz
 import pytest
 from fuzz import contract
+from fuzz.mutate import mutated
 from fuzz.run import run
 
 from limner.errors import BadInput, LimnerError
@@ -46,6 +53,54 @@ def raising(error):
 def test_any_other_error_is_a_finding(error):
     with pytest.raises(type(error)):
         contract.check(raising(error), b"")
+
+
+def warning(data):
+    warnings.warn("odd", stacklevel=1)
+
+
+def logging_it(data):
+    logging.getLogger("some.library").error("odd")
+
+
+class Long(LimnerError):
+    def __str__(self):
+        return "two\nlines"
+
+
+@pytest.mark.parametrize(
+    ("reader", "error"),
+    [(warning, UserWarning), (logging_it, contract.Broken), (raising(Long()), contract.Broken)],
+)
+def test_whatever_else_is_said_is_a_finding(reader, error):
+    with pytest.raises(error):
+        contract.check(reader, b"")
+
+
+def test_what_is_refused_in_one_line_is_none():
+    assert contract.check(len, b"")
+    assert not contract.check(raising(BadInput("x: is wrong")), b"")
+
+
+def test_a_run_keeps_what_breaks_a_promise_once_for_each_place(monkeypatch):
+    monkeypatch.setattr("fuzz.run.harnesses", lambda: {"hpgl": raising(KeyError("x"))})
+    outcome = run("hpgl", 20)
+    assert outcome.executions == len(fuzz.corpus("hpgl")) + 20
+    assert outcome.accepted == 0
+    ((place, (data, told)),) = outcome.broken.items()
+    assert place.startswith("KeyError ")
+    assert data == fuzz.corpus("hpgl")[0]
+    assert "KeyError: 'x'" in told
+
+
+@pytest.mark.parametrize("name", ["hpgl", "photo", "npz"])
+def test_changed_inputs_differ_and_archives_can_still_be_opened(name):
+    inputs, chance = fuzz.corpus(name), random.Random(0)
+    changed = [mutated(inputs[k % len(inputs)], chance, inputs) for k in range(300)]
+    assert sum(data not in inputs for data in changed) > 200
+    assert len(set(changed)) > 150
+    if name == "npz":
+        assert sum(zipfile.is_zipfile(io.BytesIO(data)) for data in changed) > 200
 
 
 def test_a_slow_reader_is_a_finding(monkeypatch):

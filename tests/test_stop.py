@@ -19,10 +19,11 @@ from limner.targets.journal import Journal, Place
 from limner.targets.rosbridge import Rosbridge, RosbridgeSettings
 from limner.targets.send import Control, drive, send
 from limner.types import Drawing, Pen
-from plotters import ebb, grbl
+from plotters import ebb, grbl, settled
 
 LINES = of([[10, 190], [12, 190], [13, 189]], [[15, 190]], [[16, 190], [17, 191]], [[20, 190], [22, 190]])
 TWO_PENS = Drawing(LINES.lines_mm, LINES.region, LINES.weight, LINES.page, (Pen(), Pen(name="red")), [0, 0, 1, 1])
+LONG = of([[10 + k, 190 + k % 2] for k in range(80)])
 PACE = 50.0
 PLOTTERS = {"grbl servo": grbl, "grbl z": functools.partial(grbl, "z"), "ebb": ebb}
 
@@ -82,14 +83,14 @@ def test_a_plotter_stops_with_its_pen_up_and_goes_on(tmp_path, name, state):
     fake, target = PLOTTERS[name]()
     journal = Journal(tmp_path / "j", drawing, resume=False)
     ended = send(drawing, target, journal, control, watch)
-    assert not fake.pen_down
+    assert not settled(fake).pen_down
     assert ended.stroke < 4
     assert not journal.doubtful
     assert fake.breaches == []
     # Twice: what is stopped can be told so again, and again.
     assert target.abort() in (True, False)
     assert target.abort() in (True, False)
-    assert not fake.pen_down
+    assert not settled(fake).pen_down
     journal.close()
 
 
@@ -107,6 +108,31 @@ def test_after_a_fault_a_plotter_can_be_stopped_twice_and_never_claims_too_much(
             for _ in range(2):
                 assert not (target.abort() and fake.pen_down)
             journal.close()
+
+
+class Struck(Asked):
+    """Whatever happens, happens when it is asked for the n-th time whether to go on."""
+
+    def going_on(self):
+        if not super().going_on():
+            raise self.error
+        return True
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError, ZeroDivisionError])
+@pytest.mark.parametrize("after", [0, 1, 60])
+@pytest.mark.parametrize("name", PLOTTERS)
+def test_whatever_strikes_while_a_plotter_draws_raises_the_pen(tmp_path, name, after, error):
+    control, (fake, target) = Struck(after), PLOTTERS[name]()
+    control.error = error
+    drawing = LINES if after < 60 else LONG
+    journal = Journal(tmp_path / "j", drawing, resume=False)
+    with pytest.raises(error):
+        send(drawing, target, journal, control, quiet)
+    assert not settled(fake).pen_down
+    assert fake.breaches == []
+    assert journal.doubtful, "what was begun may be on the paper"
+    journal.close()
 
 
 def arm_clock():
