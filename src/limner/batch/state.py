@@ -122,7 +122,7 @@ class State:
     def _telling(self) -> Iterator[None]:
         try:
             yield
-        except sqlite3.Error as error:
+        except (sqlite3.Error, UnicodeDecodeError) as error:  # what SQLite says of a damaged file quotes it
             raise BadInput(f"{self._path}: cannot be read or written ({error}); choose another place") from error
 
 
