@@ -76,6 +76,8 @@ CASES = {
         SVG.replace(b"0 0 100 100", b"0 0 1e-300 1e300") + b'<circle r="5"/></svg>',
         SVG + b"<style>" + b"a{" * 300 + b'</style><circle r="1" style="' + b"a:" * 200 + b'"/></svg>',
         SVG + b'<circle r="1" transform="rotate(' + b"1 " * 300 + b'"/></svg>',
+        SVG.replace(b"100mm", b"9" * 20_000 + b"?", 1) + b"</svg>",
+        SVG.replace(b"100mm", b"9" + b" " * 40_000 + b"?", 1) + b"</svg>",
         laughs(SVG + b"&a8;</svg>"),
         b"<svg>" * 300,
     ],
@@ -153,21 +155,34 @@ for data in cases:
 """
 
 
-@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux's way of telling memory")
-@pytest.mark.parametrize("name", CASES)
-def test_a_small_file_costs_little(name):
-    """In a process that cannot have more memory, and is ended when it takes far longer."""
-    program = PROGRAM.format(page=resource.getpagesize(), most=BYTES)
-    done = subprocess.run(
-        [sys.executable, "-c", program, name],
-        input=pickle.dumps(CASES[name]),
+LINUX = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux's way of telling memory")
+
+
+def read_all(name, cases, program=PROGRAM):
+    """A process that reads them; it cannot have more memory, and is ended when it takes far longer."""
+    return subprocess.run(
+        [sys.executable, "-c", program.format(page=resource.getpagesize(), most=BYTES), name],
+        input=pickle.dumps(cases),
         capture_output=True,
         check=False,
         cwd=Path(__file__).parents[1],
         env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (60, 60)),
     )
+
+
+@LINUX
+@pytest.mark.parametrize("name", CASES)
+def test_a_small_file_costs_little(name):
+    done = read_all(name, CASES[name])
     seconds = [float(line) for line in done.stdout.split()]
     assert done.returncode == 0, (CASES[name][len(seconds)][:100], done.stderr.decode()[-400:])
     assert len(seconds) == len(CASES[name])
     assert max(seconds) < CPU_S, CASES[name][seconds.index(max(seconds))][:100]
+
+
+@LINUX
+def test_a_reader_that_takes_more_memory_is_noticed():
+    hog = PROGRAM.replace("harnesses()[sys.argv[1]]", "lambda data: bytes(len(data) * 2**20)")
+    assert read_all("svg", [b"x" * 10], hog).returncode == 0
+    assert b"MemoryError" in read_all("svg", [b"x" * 10, b"x" * 1100], hog).stderr

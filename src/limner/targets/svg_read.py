@@ -36,7 +36,8 @@ UNKNOWN_REGION = "face"
 
 _MM_PER_PX = 25.4 / 96  # CSS
 _MM = {"mm": 1.0, "cm": 10.0, "q": 0.25, "in": 25.4, "pt": 25.4 / 72, "pc": 25.4 / 6, "px": _MM_PER_PX, "": _MM_PER_PX}
-_LENGTH = re.compile(r"\s*\+?(\d*\.?\d+(?:e[+-]?\d{1,3})?)\s*(mm|cm|q|in|pt|pc|px|)\s*", re.IGNORECASE)
+# Each part can begin in one place only: of a megabyte of digits nothing is tried twice.
+_LENGTH = re.compile(r"\+?((?:\d+(?:\.\d+)?|\.\d+)(?:e[+-]?\d{1,3})?)\s*(mm|cm|q|in|pt|pc|px|)", re.IGNORECASE)
 _UNSEEN = ("symbol", "marker", "mask")
 _LAYER = "data-limner-layer"
 _NO_LAYER = (0, "")
@@ -206,7 +207,7 @@ def _page_size(root: SVG, lines: list[Floats]) -> tuple[float, float]:
 
 def _length_mm(text: Any) -> float | None:
     """Of an absolute length; none for percentages, other units, and what is no length."""
-    match = _LENGTH.fullmatch(str(text))
+    match = _LENGTH.fullmatch(str(text).strip())
     return round(float(match[1]) * _MM[match[2].lower()], _DIGITS) if match else None
 
 
