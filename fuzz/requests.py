@@ -14,7 +14,9 @@ from limner import storage
 from limner.errors import BadInput
 from limner.pipeline import Settings
 from limner.studio.app import assembled, build
+from limner.studio.exports import FORMATS
 from limner.studio.orders import Made, Order
+from limner.studio.plans import known
 from limner.studio.studio import Studio
 from limner.studio.visitors import HeldDrawing, HeldPhoto, Visitor
 
@@ -29,6 +31,8 @@ class _Computer:
 
     async def ask(self, task: str, urgency: int = 0, /, **arguments: Any) -> Any:
         """What a page may ask of the computing process: named, and of plain data."""
+        if task == "export":
+            known(arguments["kind"], FORMATS, "format")
         if task in ("lines", "prepared", "export", "urdf"):
             return NPZ
         if task in ("options", "place", "robot"):

@@ -5,7 +5,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+
 import studios
+from limner.vision.photo import load_photo
 
 HOOK = """
 import os, sys
@@ -38,7 +41,8 @@ def away(file):
 
 def pieces(data):
     """Parts of a file that nothing else has."""
-    return [data[at : at + 48] for at in range(600, len(data) - 48, len(data) // 20)]
+    parts = [data[at : at + 48] for at in range(600, len(data) - 48, len(data) // 20)]
+    return [part for part in parts if len(set(part)) > 8]
 
 
 def test_after_a_visit_nothing_of_the_photo_is_left_and_nobody_was_called(tmp_path, monkeypatch):
@@ -48,14 +52,15 @@ def test_after_a_visit_nothing_of_the_photo_is_left_and_nobody_was_called(tmp_pa
     monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     photo = studios.face_jpeg()
+    parts = pieces(photo) + pieces(load_photo(photo).rgb.tobytes())
 
     def kept():
-        """Files in which a part of the photo stands, or that are a picture."""
+        """Files in which a part of the photo or of its pixels stands, or that are a picture."""
         found = []
         for file in tmp_path.rglob("*"):
             data = file.read_bytes() if file.is_file() else b""
             picture = data.startswith((b"\xff\xd8\xff", b"\x89PNG", b"RIFF"))
-            if picture or any(piece in data for piece in pieces(photo)):
+            if picture or any(part in data for part in parts):
                 found.append(file)
         return found
 
@@ -72,13 +77,15 @@ def test_after_a_visit_nothing_of_the_photo_is_left_and_nobody_was_called(tmp_pa
     assert code == 0 or code == 130, said
     assert kept() == []
     assert list((tmp_path / "tmp").iterdir()) == []
+    assert list((tmp_path / "cwd").iterdir()) == []
     assert [path for path in (tmp_path / "home").rglob("*") if path.is_file()] == []
     assert taken["photo"] not in said
     assert away(heard) == []
     # The test can find what it looks for.
     (tmp_path / "cwd" / "copy").write_bytes(b"x" + photo)
     (tmp_path / "cwd" / "shown").write_bytes(shown)
-    assert len(kept()) == 2
+    np.save(tmp_path / "cwd" / "pixels.npy", load_photo(photo).rgb)
+    assert len(kept()) == 3
 
 
 def test_the_watch_hears_connections(tmp_path, monkeypatch):
