@@ -15,9 +15,13 @@ import os, sys
 def heard(event, arguments):
     if event in ("socket.connect", "socket.sendto", "socket.bind"):
         address = arguments[-1]
-        if isinstance(address, tuple):
-            with open(os.environ["LIMNER_HEARD"], "a") as file:
-                print(event, address[0], file=file)
+    elif event in ("socket.getaddrinfo", "socket.gethostbyname"):
+        address = arguments
+    else:
+        return
+    if isinstance(address, tuple):
+        with open(os.environ["LIMNER_HEARD"], "a") as file:
+            print(event, address[0], file=file)
 sys.addaudithook(heard)
 """
 OURS = ("127.0.0.1", "::1", "localhost")
@@ -34,9 +38,10 @@ def watched(folder, monkeypatch):
 
 
 def away(file):
-    """What was begun, but by listening on this machine's own address."""
+    """What was begun, but by listening on this machine's own address, and by looking that up."""
     lines = file.read_text().splitlines() if file.exists() else []
-    return [line for line in lines if not (line.startswith("socket.bind") and line.endswith(OURS))]
+    own = ("socket.bind", "socket.getaddrinfo")
+    return [line for line in lines if not (line.startswith(own) and line.endswith(OURS))]
 
 
 def pieces(data):
@@ -93,6 +98,9 @@ def test_the_watch_hears_connections(tmp_path, monkeypatch):
     code = "import socket; s = socket.socket(); s.settimeout(1); s.connect_ex(('127.0.0.1', 9))"
     subprocess.run([sys.executable, "-c", code], check=True)
     assert away(heard) == ["socket.connect 127.0.0.1"]
+    code = "import socket; socket.getaddrinfo('192.0.2.1', 80); socket.getaddrinfo('localhost', 80)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+    assert away(heard) == ["socket.connect 127.0.0.1", "socket.getaddrinfo 192.0.2.1"]
 
 
 def test_drawing_calls_nobody_and_leaves_nothing(tmp_path, monkeypatch):
