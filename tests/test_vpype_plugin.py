@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -37,6 +38,24 @@ def test_it_draws_what_limner_draws(folder):
     assert (theirs.page.width_mm, theirs.page.height_mm) == pytest.approx((105, 148), abs=0.01)
     for got, want in zip(theirs.lines_mm, ours.lines_mm, strict=True):
         assert np.abs(got[[0, -1]] - want[[0, -1]]).max() < 0.02
+
+
+def test_every_pen_has_a_layer_of_its_own(folder):
+    ours = limner.draw(folder / "me.png", style="cartoon", points=400, page="a6").drawing
+    parts = ours.by_pen()
+    assert len(parts) > 1
+    command = ("rect", "1cm", "1cm", "1cm", "1cm", "limner", "--layer", "new", "--style", "cartoon", "-n", 400)
+    done = vpype(*command, "--page", "a6", "me.png", "write", "out.svg", folder=folder)
+    assert done.returncode == 0, done.stderr
+    rect, *layers = [
+        layer
+        for layer in ElementTree.parse(folder / "out.svg").getroot()
+        if layer.get("{http://www.inkscape.org/namespaces/inkscape}groupmode") == "layer"
+    ]
+    assert len(rect) == 1, "what was drawn before stays alone"
+    assert [len(layer) for layer in layers] == [len(part.lines_mm) for part in parts]
+    pens = [part.pens[part.layer[0]] for part in parts]
+    assert [layer.get("stroke") for layer in layers] == [pen.hex for pen in pens]
 
 
 def test_mistakes_are_vpypes_own_errors(folder):

@@ -1,4 +1,4 @@
-"""A photo goes in as vpype's command ``limner``; the portrait's strokes come out as lines of a vpype layer."""
+"""A photo goes in as vpype's command ``limner``; its strokes come out as lines, a vpype layer for each pen."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def limner(
     page: str | None,
     assignments: tuple[str, ...],
 ) -> vpype.LineCollection:
-    r"""Draw the person in PHOTO as ordered pen strokes.
+    r"""Draw the person in PHOTO as ordered pen strokes; the first pen's in the target layer, each other's in a new one.
 
     \b
     vpype limner me.jpg linemerge write out.svg
@@ -49,7 +49,23 @@ def limner(
     except LimnerError as error:
         raise click.ClickException(f"limner: {error}") from error
     state.document.extend_page_size((drawing.page.width_mm * _PX_PER_MM, drawing.page.height_mm * _PX_PER_MM))
-    return to_lines(drawing)
+    first, *others = drawing.by_pen() or [drawing]
+    target = state.current_layer_id or 1
+    for layer, part in enumerate(others, 1 + max([*state.document.ids(), target])):
+        state.document.add(_inked(to_lines(part), part), layer, with_metadata=True)
+    if others:
+        # vpype takes the lines that are returned, but not what they look like.
+        state.document.add(_inked(vpype.LineCollection(), first), target, with_metadata=True)
+    return to_lines(first)
+
+
+def _inked(lines: vpype.LineCollection, drawing: Drawing) -> vpype.LineCollection:
+    """Lines with the colour, width and name of the pen that draws the first of a drawing."""
+    pen = drawing.pens[int(drawing.layer[0])]
+    lines.set_property(vpype.METADATA_FIELD_COLOR, vpype.Color(pen.hex))
+    lines.set_property(vpype.METADATA_FIELD_PEN_WIDTH, pen.width_mm * _PX_PER_MM)
+    lines.set_property(vpype.METADATA_FIELD_NAME, pen.name)
+    return lines
 
 
 def to_lines(drawing: Drawing) -> vpype.LineCollection:
