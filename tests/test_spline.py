@@ -17,7 +17,7 @@ from limner.motion.arm.place import PlaceSettings
 from limner.motion.arm.plan import ArmSettings, plan_arm
 from limner.motion.arm.retime import RetimeSettings, move
 from limner.motion.arm.robots import load_robot
-from limner.motion.arm.spline import hermite, peaks, subdivided
+from limner.motion.arm.spline import accelerations, hermite, peaks, subdivided
 from limner.targets.ros_points import controller_points
 from limner.types import Drawing, JointTrajectory, Page
 
@@ -126,6 +126,15 @@ def test_cubics_and_their_peaks_are_those_of_scipy(seed):
         seen = np.abs(way(dense, order)).max(1)
         assert (largest >= seen * (1 - 1e-9)).all()
         assert np.allclose(largest, seen, rtol=1e-5)
+
+
+@given(seed=st.integers(0, 10**6))
+def test_accelerations_are_those_just_after_each_sample_and_before_the_last(seed):
+    motion = random_motion(seed)
+    way, step = CubicHermiteSpline(motion.t_s, motion.q, motion.qd), np.diff(motion.t_s)
+    beside = np.append(motion.t_s[:-1] + 1e-9 * step, motion.t_s[-1] - 1e-9 * step[-1])
+    found = accelerations(motion.t_s, motion.q, motion.qd)
+    assert np.allclose(found, way(beside, 2), rtol=1e-5, atol=1e-5 * np.abs(found).max())
 
 
 def test_before_and_after_a_motion_the_arm_stands():

@@ -14,7 +14,7 @@ from limner.errors import CannotDraw, MissingExtra
 from limner.motion.arm.gentle import Law, gentle
 from limner.motion.arm.lifted import LiftedPath
 from limner.motion.arm.robot import Robot
-from limner.motion.arm.spline import excess, peaks, subdivided
+from limner.motion.arm.spline import accelerations, excess, peaks, subdivided
 from limner.settings import SettingsGroup, setting
 from limner.types import Floats, JointTrajectory
 
@@ -202,27 +202,27 @@ class _Timer:
         """A motion at some of the times between which its path is gone along evenly, slowed where that is needed.
 
         A cubic goes wrong where the acceleration jumps within it; so where limits are exceeded it is parted at the
-        largest jump there.
+        largest jump there, unless the motion is slowed as much anyway.
         """
-        jumps = _jumps(motion, grid_s)
-        kept = _thinned(grid_s, self.settings.sample_s)
+        q, qd = (np.asarray(motion(grid_s, order)) for order in (0, 1))
+        jumps, kept = _jumps(grid_s, qd[:, -1]), _thinned(grid_s, self.settings.sample_s)
+
+        def used(at: NDArray[np.int64]) -> Floats:
+            return excess(peaks(grid_s[at], q[at], qd[at]), *self.limits[drawing])
+
+        least = max(1.0, float(used(np.arange(len(grid_s))).max()))
         for _ in range(_PARTINGS):
-            used = self._used(motion, grid_s[kept], drawing)
-            bad = np.flatnonzero((used > 1) & (np.diff(kept) > 1))
+            bad = np.flatnonzero((used(kept) > least) & (np.diff(kept) > 1))
             if not len(bad):
                 break
             parted = [a + 1 + int(jumps[a + 1 : b].argmax()) for a, b in zip(kept[bad], kept[bad + 1], strict=True)]
             kept = np.sort(np.append(kept, parted))
-        t, stretch = grid_s[kept], 1.0
-        for _ in range(2):
-            t = subdivided(t, self.settings.sample_s / stretch)
-            stretch = max(stretch, float(self._used(motion, t, drawing).max()))
-        q, qd, qdd = (np.asarray(motion(t, order))[:, : self.dof] / stretch**order for order in (0, 1, 2))
-        return stretch * t, q, qd, qdd
-
-    def _used(self, motion: Any, t: Floats, drawing: bool) -> Floats:
-        q, qd = (np.asarray(motion(t, order)) for order in (0, 1))
-        return excess(peaks(t, q, qd), *self.limits[drawing])
+        stretch = max(1.0, float(used(kept).max()))
+        far = np.flatnonzero((stretch * np.diff(grid_s[kept]) > self.settings.sample_s) & (np.diff(kept) > 1))
+        kept = np.sort(np.append(kept, (kept[far] + kept[far + 1]) // 2))
+        stretch = max(stretch, float(used(kept).max()))
+        t, q, qd = stretch * grid_s[kept], q[kept, : self.dof], qd[kept, : self.dof] / stretch
+        return t, q, qd, accelerations(t, q, qd)
 
     def _gentle(self, motion: Any, way: Any, drawing: bool) -> tuple[Floats, ...]:
         def law(t: Floats) -> Floats:
@@ -244,11 +244,9 @@ def _times(found: Any) -> Floats:
     return times
 
 
-def _jumps(motion: Any, grid_s: Floats) -> Floats:
+def _jumps(grid_s: Floats, speed: Floats) -> Floats:
     """How much the acceleration along the path jumps at each place of the grid."""
-    speed = np.asarray(motion(grid_s, 1))[:, -1]
-    even = np.diff(speed) / np.diff(grid_s)
-    return np.abs(np.diff(even, prepend=0.0, append=0.0))
+    return np.abs(np.diff(np.diff(speed) / np.diff(grid_s), prepend=0.0, append=0.0))
 
 
 def _thinned(times: Floats, longest: float) -> NDArray[np.int64]:

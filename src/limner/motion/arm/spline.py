@@ -54,6 +54,14 @@ def peaks(t_s: Floats, q: Floats, qd: Floats) -> tuple[Floats, Floats]:
     return next(found), next(found)
 
 
+def accelerations(t_s: Floats, q: Floats, qd: Floats) -> Floats:
+    """(n, dof) with which the cubics leave each sample; at the last, with which they come to it."""
+    step = np.diff(t_s)[:, None]
+    _, _, c2, c3 = _cubics(step, q[:-1], q[1:], qd[:-1], qd[1:])
+    ends = np.concatenate([2 * c2, (2 * c2 + 6 * c3)[-1:]])
+    return np.asarray(ends / np.concatenate([step, step[-1:]]) ** 2)
+
+
 def excess(peaks: tuple[Floats, Floats], velocity: Floats, acceleration: Floats) -> Floats:
     """(n - 1,) by how much time must be stretched between samples so that limits (dof,) just hold."""
     stretch: Floats = np.maximum((peaks[0] / velocity).max(1), np.sqrt((peaks[1] / acceleration).max(1)))
