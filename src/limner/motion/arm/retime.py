@@ -218,9 +218,13 @@ class _Timer:
             parted = [a + 1 + int(jumps[a + 1 : b].argmax()) for a, b in zip(kept[bad], kept[bad + 1], strict=True)]
             kept = np.sort(np.append(kept, parted))
         stretch = max(1.0, float(used(kept).max()))
-        far = np.flatnonzero((stretch * np.diff(grid_s[kept]) > self.settings.sample_s) & (np.diff(kept) > 1))
-        kept = np.sort(np.append(kept, (kept[far] + kept[far + 1]) // 2))
-        stretch = max(stretch, float(used(kept).max()))
+        # What is slowed has its samples farther apart; more of them may need to be slower yet.
+        while len(
+            far := np.flatnonzero((stretch * np.diff(grid_s[kept]) > self.settings.sample_s) & (np.diff(kept) > 1))
+        ):
+            middle = np.searchsorted(grid_s, (grid_s[kept[far]] + grid_s[kept[far + 1]]) / 2)
+            kept = np.unique(np.append(kept, np.clip(middle, kept[far] + 1, kept[far + 1] - 1)))
+            stretch = max(stretch, float(used(kept).max()))
         t, q, qd = stretch * grid_s[kept], q[kept, : self.dof], qd[kept, : self.dof] / stretch
         return t, q, qd, accelerations(t, q, qd)
 
