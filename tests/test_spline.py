@@ -54,6 +54,8 @@ def drawings(draw):
         )
         for _ in range(draw(st.integers(1, 4)))
     ]
+    # Of a dot alone nobody can tell in which plane it lies.
+    lines.append(np.array([[8.0, 8.0], [20.0, 9.0], [10.0, 20.0]]))
     return Drawing(tuple(lines), ("face",) * len(lines), np.ones(len(lines)), Page(60, 60, 5))
 
 
