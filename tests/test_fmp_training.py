@@ -378,7 +378,7 @@ def test_a_folder_without_pictures_is_said(tmp_path):
     with pytest.raises(BadInput, match="no picture"):
         of_folder(tmp_path)
     (tmp_path / "x.png").write_bytes(b"no image")
-    with pytest.raises(BadInput, match=r"x\.png: not a readable"):
+    with pytest.raises(BadInput, match=r"x\.png: is no picture that can be read"):
         of_folder(tmp_path)[0].read()
 
 
