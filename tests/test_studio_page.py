@@ -120,6 +120,29 @@ def test_from_the_camera_to_a_finished_job(visit):
     visit.until("() => limnerApp.state.job.state === 'idle'")
 
 
+def test_a_drawing_of_several_pens_is_shown_in_their_colours(drawn):
+    page = drawn.page
+    drawn.go("Adjust")
+    page.locator("[data-style=cartoon]").click()
+    drawn.until("() => limnerApp.value('style') === 'cartoon'")
+    drawn.until(SETTLED)
+    inks = drawn.until("() => limnerApp.state.preview.page.inks")
+    assert len(set(inks)) == len(inks) > 1
+    script = """inks => {
+        const canvas = document.querySelector('.stage .sheet canvas:nth-child(2)');
+        const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+        const rgb = inks.map(ink => [1, 3, 5].map(i => parseInt(ink.slice(i, i + 2), 16)));
+        const near = (i, colour) => data[i + 3] > 250 && colour.every((value, k) => Math.abs(data[i + k] - value) < 8);
+        const pixels = [...Array(data.length / 4).keys()];
+        return rgb.map(colour => pixels.filter(i => near(4 * i, colour)).length);
+    }"""
+    for _ in range(100):
+        if min(counts := page.evaluate(script, inks)) > 5:
+            break
+        page.wait_for_timeout(100)
+    assert min(counts) > 5
+
+
 def test_a_landmark_is_dragged_nudged_and_brought_back(drawn):
     page = drawn.page
     drawn.go("Face")

@@ -5,7 +5,7 @@ import { decode } from "../../src/limner/studio/page/js/frames.js";
 
 function frame({ strokes = [[[0, 0], [10, -10]], [[5, 6], [7, 8], [9, 10]]], rev = 4000000000 } = {}) {
   const count = strokes.flat().length;
-  const bytes = new ArrayBuffer(24 + 4 * (strokes.length + 1) + 4 * count + strokes.length);
+  const bytes = new ArrayBuffer(24 + 4 * (strokes.length + 1) + 4 * count + 2 * strokes.length);
   const view = new DataView(bytes);
   view.setUint8(0, 1);
   view.setUint32(4, rev, true);
@@ -22,6 +22,7 @@ function frame({ strokes = [[[0, 0], [10, -10]], [[5, 6], [7, 8], [9, 10]]], rev
     at += 2;
   }
   strokes.forEach((_, i) => view.setUint8(at + i, i + 3));
+  strokes.forEach((_, i) => view.setUint8(at + strokes.length + i, i + 1));
   return bytes;
 }
 
@@ -31,6 +32,7 @@ test("strokes, points, unit, regions and rev come back", () => {
   assert.deepEqual([...lines.offsets], [0, 2, 5]);
   assert.deepEqual([...lines.points], [0, 0, 10, -10, 5, 6, 7, 8, 9, 10]);
   assert.deepEqual([...regions], [3, 4]);
+  assert.deepEqual([...lines.layer], [1, 2]);
 });
 
 test("an empty drawing is a drawing", () => {

@@ -1,7 +1,7 @@
 // Ink drawn bit by bit is the ink drawn at once; each point finds its stroke.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { Ink, orderColour, strokeAt } from "../../src/limner/studio/page/js/ink.js";
+import { Ink, orderColour, pageOf, strokeAt } from "../../src/limner/studio/page/js/ink.js";
 
 /** Records the segments that are drawn. */
 class Recorder {
@@ -51,6 +51,32 @@ test("without moves of the lifted pen no segment joins two strokes", () => {
   const link = [lines.points[4], lines.points[5], lines.points[6], lines.points[7]].map((value, i) => (i % 2 ? 7 : 5) + value * lines.unit * 2).join();
   assert.ok(!drawn([9]).includes(link));
   assert.ok(drawn([9], { travel: true }).some((segment) => segment === link));
+});
+
+test("each stroke has the colour of its pen, red and order go before", () => {
+  const colours = (look, layer) => {
+    const recorder = new Recorder();
+    const seen = [];
+    recorder.lineTo = () => seen.push(recorder.strokeStyle);
+    const ink = new Ink(recorder);
+    ink.lines = { ...lines, layer };
+    ink.look = { ink: "black", ...look };
+    ink.place(2, 5, 7, 0.5);
+    ink.advance(9);
+    return [...new Set(seen)];
+  };
+  const inks = ["#aa0000", "#00bb00"];
+  assert.deepEqual(colours({ inks }, Uint8Array.from([1, 0, 1])), ["#00bb00", "#aa0000"]);
+  assert.deepEqual(colours({ inks, red: new Set([0, 1]), accent: "red" }, Uint8Array.from([1, 0, 1])), ["red", "#00bb00"]);
+  assert.deepEqual(colours({}, Uint8Array.from([1, 0, 1])), ["black"]);
+  assert.equal(colours({ inks, byOrder: true }, Uint8Array.from([1, 0, 1])).length, 3);
+});
+
+test("a single pen draws in the ink of the sheet", () => {
+  const page = { width_mm: 148, height_mm: 210, margin_mm: 10 };
+  const pen = { name: "black", width_mm: 0.5, colour: "#000000" };
+  assert.equal(pageOf({ page, pen_mm: 0.5, pens: [pen] }).inks, undefined);
+  assert.deepEqual(pageOf({ page, pen_mm: 0.5, pens: [pen, { ...pen, colour: "#ff0000" }] }).inks, ["#000000", "#ff0000"]);
 });
 
 test("colours by order differ from first to last", () => {

@@ -1,6 +1,7 @@
 // What the person does goes in; the state that every screen shows comes out, kept in step with the server.
 
 import { answers, ask, download, photoUrl, Refused, sendPhoto, tell } from "./api.js";
+import { pageOf } from "./ink.js";
 import { recentDrawings } from "./recent.js";
 import { Connection } from "./socket.js";
 import { createStore } from "./store.js";
@@ -302,8 +303,7 @@ export class App {
 /** @param {any} message @param {import("./frames.js").Frame} frame @returns {Drawn} */
 function drawnFrom(message, frame) {
   const { report } = message;
-  const page = { ...report.page, pen_mm: report.pen_mm };
-  return { lines: frame.lines, report, page, rev: message.rev, final: Boolean(message.final) };
+  return { lines: frame.lines, report, page: pageOf(report), rev: message.rev, final: Boolean(message.final) };
 }
 
 /** @returns {Promise<App>} */

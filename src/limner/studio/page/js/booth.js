@@ -4,6 +4,7 @@ import { ask, sendPhoto, tell } from "./api.js";
 import { Camera, cameraTrouble, countdown } from "./camera.js";
 import { h } from "./dom.js";
 import { duration } from "./format.js";
+import { pageOf } from "./ink.js";
 import { Sheet } from "./sheet.js";
 import { Connection } from "./socket.js";
 import { specimen } from "./specimen.js";
@@ -119,7 +120,7 @@ class Booth {
     const place = this.places?.[this.guest.candidates.length];
     if (!place) return;
     const sheet = new Sheet({ bare: true, label: message.label });
-    sheet.show(lines, { ...message.report.page, pen_mm: message.report.pen_mm });
+    sheet.show(lines, pageOf(message.report));
     this.guest.candidates.push({ sheet });
     place.replaceChildren(h("button", { type: "button", class: "card", onclick: () => this.take(message) },
       h("span", { class: "paper" }, sheet.element), h("span", { class: "name" }, duration(message.report.seconds))));

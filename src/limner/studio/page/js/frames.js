@@ -21,12 +21,13 @@ export function decode(buffer) {
   return { kind, rev, ...(kind === PLAN ? { plan: planOf(buffer, first, second, unit) } : drawingOf(buffer, first, second, unit)) };
 }
 
-/** The ends of the strokes, their points, their regions. @param {ArrayBuffer} buffer @param {number} strokes @param {number} count @param {number} unit */
+/** The ends of the strokes, their points, their regions, their pens. @param {ArrayBuffer} buffer @param {number} strokes @param {number} count @param {number} unit */
 function drawingOf(buffer, strokes, count, unit) {
   const ends = HEAD + 4 * (strokes + 1);
   const end = ends + 4 * count;
-  whole(buffer, end + strokes);
-  const lines = { offsets: new Uint32Array(buffer, HEAD, strokes + 1), points: new Int16Array(buffer, ends, 2 * count), unit };
+  whole(buffer, end + 2 * strokes);
+  const layer = new Uint8Array(buffer, end + strokes, strokes);
+  const lines = { offsets: new Uint32Array(buffer, HEAD, strokes + 1), points: new Int16Array(buffer, ends, 2 * count), unit, layer };
   return { lines, regions: new Uint8Array(buffer, end, strokes) };
 }
 

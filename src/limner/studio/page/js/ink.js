@@ -1,14 +1,24 @@
 // Strokes on a page go in; paper, ink and the pen's ways between strokes come out on a canvas, a little more at a time.
 
-/** @typedef {{offsets: Uint32Array, points: Int16Array, unit: number}} Lines points are x, y in units [mm] from the upper left corner, y down; stroke k has points offsets[k] to offsets[k + 1] */
-/** @typedef {{width_mm: number, height_mm: number, margin_mm: number, pen_mm: number}} Page */
-/** @typedef {{travel?: boolean, byOrder?: boolean, ink?: string, accent?: string, red?: Set<number>}} Look */
+/** @typedef {{offsets: Uint32Array, points: Int16Array, unit: number, layer?: Uint8Array}} Lines points are x, y in units [mm] from the upper left corner, y down; stroke k has points offsets[k] to offsets[k + 1] and the pen layer[k] */
+/** @typedef {{width_mm: number, height_mm: number, margin_mm: number, pen_mm: number, inks?: string[]}} Page inks: the colour of each pen, where there are several */
+/** @typedef {{travel?: boolean, byOrder?: boolean, ink?: string, accent?: string, red?: Set<number>, inks?: string[]}} Look */
 
 /** Of the red pencil, on paper that is light in any theme. */
 export const RED = "#b8361c";
 
 /** @type {Lines} */
 export const NOTHING = { offsets: new Uint32Array(1), points: new Int16Array(0), unit: 0.01 };
+
+/**
+ * The page of a drawing's report. A single pen has the colour of ink on the sheet, several have their own.
+ * @param {any} report
+ * @returns {Page}
+ */
+export function pageOf(report) {
+  const inks = report.pens?.length > 1 ? { inks: report.pens.map((/** @type {any} */ pen) => pen.colour) } : {};
+  return { ...report.page, pen_mm: report.pen_mm, ...inks };
+}
 
 /** @param {Lines} lines */
 export function pointCount(lines) {
@@ -102,17 +112,25 @@ export class Ink {
     const { context, lines, look } = this;
     const first = lines.offsets[stroke];
     if (from === first && stroke && look.travel) this._travel(first);
-    const own = look.byOrder || look.red?.has(stroke);
+    const own = this._colour(stroke);
     if (own) {
       context.stroke();
       context.beginPath();
-      context.strokeStyle = look.red?.has(stroke) ? look.accent ?? RED : orderColour(stroke / Math.max(1, lines.offsets.length - 2));
+      context.strokeStyle = own;
     }
     this._trace(Math.max(first, from - 1), to);
     if (own) {
       context.stroke();
       this._pen();
     }
+  }
+
+  /** A colour of its own, if the stroke has one. @param {number} stroke */
+  _colour(stroke) {
+    const { lines, look } = this;
+    if (look.red?.has(stroke)) return look.accent ?? RED;
+    if (look.byOrder) return orderColour(stroke / Math.max(1, lines.offsets.length - 2));
+    return look.inks?.[lines.layer?.[stroke] ?? 0];
   }
 
   /** @param {number} from @param {number} to */

@@ -2,6 +2,7 @@
 
 import { ask, photoUrl } from "./api.js";
 import { decode } from "./frames.js";
+import { pageOf } from "./ink.js";
 
 const MOST = 8;
 
@@ -28,8 +29,7 @@ async function whole({ drawing, photo, wish, report }) {
     const answer = await fetch(`api/drawing/${drawing}.lines`);
     if (!answer.ok) return null;
     const { lines } = decode(await answer.arrayBuffer());
-    const page = { ...report.page, pen_mm: report.pen_mm };
-    return { drawing, photo: { ...found, url: photoUrl(found) }, face: wish.face, points: wish.points_px, settings: wish.settings, lines, page };
+    return { drawing, photo: { ...found, url: photoUrl(found) }, face: wish.face, points: wish.points_px, settings: wish.settings, lines, page: pageOf(report) };
   } catch {
     return null;
   }

@@ -103,7 +103,7 @@ export class Sheet {
   }
 
   _clearInk() {
-    this.ink.look = { ...this.ink.look, ink: themeColour("--sheet-ink"), accent: RED };
+    this.ink.look = { ...this.ink.look, ink: themeColour("--sheet-ink"), accent: RED, inks: this.page.inks };
     this.ink.context.clearRect(0, 0, this.front.width, this.front.height);
     this.ink.drawn = 0;
   }

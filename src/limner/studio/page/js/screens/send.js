@@ -4,7 +4,7 @@ import { tell } from "../api.js";
 import { h } from "../dom.js";
 import { duration, sentence } from "../format.js";
 import { decode } from "../frames.js";
-import { pointCount } from "../ink.js";
+import { pageOf, pointCount } from "../ink.js";
 import { busy, there } from "../job.js";
 import { drawerPart } from "../parts/arm.js";
 import { jobPart } from "../parts/job.js";
@@ -29,7 +29,8 @@ export function sendScreen(app) {
     if (there(now) && now.mine && now.drawing && now.drawing !== lined) {
       lined = now.drawing;
       const lines = await linesOf(now.drawing);
-      if (lines) sheet.show(lines, pageOf(app, await reportOf(now.drawing)), 0);
+      const report = await reportOf(now.drawing);
+      if (lines) sheet.show(lines, report ? pageOf(report) : app.state.preview?.page, 0);
     } else if (!there(now) && preview && preview.lines !== sheet.ink.lines) {
       lined = "";
       sheet.show(preview.lines, preview.page);
@@ -67,11 +68,6 @@ async function linesOf(drawing) {
 async function reportOf(drawing) {
   const { drawings } = await (await fetch("api/drawings")).json();
   return drawings.find((/** @type {any} */ kept) => kept.drawing === drawing)?.report;
-}
-
-/** @param {App} app @param {any} report */
-function pageOf(app, report) {
-  return report ? { ...report.page, pen_mm: report.pen_mm } : app.state.preview?.page;
 }
 
 /** Machine, checklist, dry run and start. @param {App} app */
