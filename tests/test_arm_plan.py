@@ -33,7 +33,8 @@ def drawing(seed=0, strokes=6):
     lines = [
         np.cumsum(rng.normal(0, 4, (rng.integers(1, 12), 2)), axis=0) + rng.uniform(40, 110, 2) for _ in range(strokes)
     ]
-    return Drawing(tuple(lines), ("face",) * strokes, np.ones(strokes))
+    lines.append(lines[-1][::-1] + rng.uniform(-0.5, 0.5, 2))
+    return Drawing(tuple(lines), ("face",) * len(lines), np.ones(len(lines)))
 
 
 def distance_to_polyline(points, line):
@@ -302,6 +303,25 @@ def test_options_that_do_not_go_together_are_refused(run, arguments):
     code, out, err = run("plan", "d.json", *arguments)
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("apart", [0.05, 0.4, 0.99])
+def test_to_a_place_close_by_takes_no_longer_than_to_one_farther_away(apart):
+    def hop_s(apart):
+        lines = (np.array([[60.0, 80], [70, 80]]), np.array([[70 + apart, 80], [80, 90]]))
+        plan = plan_arm(Drawing(lines, ("face", "face"), np.ones(2)), load_robot("dumbo"), ArmSettings())
+        points, down = plan.path.points_mm, plan.path.down
+        drawn = np.flatnonzero(down)
+        hop = points[drawn[0] : drawn[-1]][~down[drawn[0] : drawn[-1]]]
+        assert hop[:, 2].max() == LiftSettings().lift_mm
+        low = hop[hop[:, 2] < LiftSettings().clear_mm]
+        assert np.isin(low[:, 0], (70, 70 + apart)).all()
+        motion = plan.trajectory
+        first, last = np.flatnonzero(motion.down)[[0, -1]]
+        up = first + np.flatnonzero(~motion.down[first:last])
+        return motion.t_s[up[-1]] - motion.t_s[up[0]]
+
+    assert hop_s(apart) < 1.1 * hop_s(4.0)
 
 
 def test_points_a_hair_apart_do_not_make_the_arm_jerk(planned):

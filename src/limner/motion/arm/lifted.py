@@ -13,6 +13,9 @@ from limner.errors import NothingToDraw
 from limner.settings import SettingsGroup, setting
 from limner.types import Drawing, Floats, Value, frozen_array
 
+_NEAR_MM = 1.0
+"""An arc over to a stroke that begins nearer than this would bend so sharply that the pen crawls along it."""
+
 DOT_MM = 0.1
 """Length of the dash that a dot becomes."""
 
@@ -51,10 +54,10 @@ class LiftSettings(SettingsGroup):
 
     lift_mm: float = setting(4.0, "height of the tip above the sheet between strokes", unit="mm", low=0.5, high=200)
     clear_mm: float = setting(
-        2.0, "the pen goes straight up and down to at least this height", unit="mm", low=0, high=200
+        2.3, "the pen goes straight up and down to at least this height", unit="mm", low=0, high=200
     )
     sweep_mm: float = setting(
-        8.0, "the pen goes over from rising to level travel on so much of its way", unit="mm", low=0, high=200
+        5.0, "the pen goes over from rising to level travel on so much of its way", unit="mm", low=0, high=200
     )
     approach_mm: float = setting(
         60.0,
@@ -127,6 +130,9 @@ class _Builder:
         at, settings = self.points[-1][-1], self.settings
         height, clear = settings.lift_mm, max(0.0, settings.lift_mm - settings.clear_mm)
         across = float(np.hypot(*(target - at)[:2]))
+        if 0 < across < _NEAR_MM and max(at[2], target[2]) < height:
+            self._step_to(target, height - clear)
+            return
         over = (target - at) * [1, 1, 0] * min(0.5, settings.sweep_mm / max(across, 1e-9))
         pieces, last = [at[None]], at
         for end, inwards in ((at, over), (target, -over)):
@@ -139,6 +145,21 @@ class _Builder:
             last = leave
         pieces.append(_divided(last, target, settings.spacing_mm))
         self._add(np.concatenate(pieces), -1)
+
+    def _step_to(self, target: Floats, clear: float) -> None:
+        """Up and down to a place close by, with a rest at the top, where the pen turns back anyway."""
+        at, settings = self.points[-1][-1], self.settings
+        top = np.array([*(at + target)[:2] / 2, settings.lift_mm])
+        up, down = (self._risen(end, top, clear) for end in (at, target))
+        self._add(np.concatenate([at[None], up]), -1)
+        self._add(np.concatenate([down[::-1], target[None]]), -1)
+
+    def _risen(self, start: Floats, top: Floats, clear: float) -> Floats:
+        """Points after ``start``, straight up as long as the pen is not clear of the paper, then leaning to the top."""
+        enter = np.array([*start[:2], max(clear, start[2])])
+        control = np.array([*start[:2], (enter[2] + top[2]) / 2])
+        spacing = self.settings.spacing_mm
+        return np.concatenate([_divided(start, enter, spacing), _parabola(enter, control, top, spacing)])
 
     def _add(self, points: Floats, index: int) -> None:
         points = _apart(points)

@@ -31,7 +31,7 @@ CALM = 0.03
 STRANDS, SHY = 0.07, 1e-4
 """Over what the direction of hair is averaged [outer-eye distances], and how strongly it runs around the head else."""
 
-SHORTEST = 0.2
+SHORTEST = 0.4
 """Shorter strokes are left out [outer-eye distances]."""
 
 NARROW, CLOSEST, NEARBY = 0.6, 0.04, 0.3
