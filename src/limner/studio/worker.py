@@ -24,23 +24,27 @@ def work(pipe: Connection, unwanted: Any, settings: dict[str, Any], warm: bool) 
         pipe: (number, name, arguments) come in; (what came of it, value) goes out.
         unwanted: shared number of the task that is called off.
         settings: of the tree, where a task says nothing.
-        warm: get ready for drawing before the first task.
+        warm: get ready for drawing after the first task.
     """
     # Ctrl-C ends the server, which then ends this.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    tasks = _Tasks(unwanted, settings, warm)
+    tasks = _Tasks(unwanted, settings)
     while True:
         try:
             number, name, arguments = pipe.recv()
             pipe.send(tasks.outcome(number, name, arguments))
         except (EOFError, OSError):
             return
+        # The first thing a page asks is what it offers: it shows itself meanwhile.
+        if warm:
+            tasks.warm()
+            warm = False
 
 
 class _Tasks:
     """The desk, and which of its tasks is being done."""
 
-    def __init__(self, unwanted: Any, settings: dict[str, Any], warm: bool) -> None:
+    def __init__(self, unwanted: Any, settings: dict[str, Any]) -> None:
         import cv2
 
         from limner.pipeline import Settings
@@ -50,8 +54,11 @@ class _Tasks:
         cv2.setNumThreads(1)
         self._number, self._unwanted, self._not_held = 0, unwanted, NotHeld
         self._desk = Desk(Settings.from_dict(settings), self._look)
-        if warm:
-            self._desk.warm()
+
+    def warm(self) -> None:
+        """Load what the first photo will need, whoever calls off the task before."""
+        self._number = -1
+        self._desk.warm()
 
     def _look(self) -> None:
         if self._unwanted.value == self._number:
