@@ -216,6 +216,8 @@ def test_ink_appears_as_the_replay_goes_on_and_goes_when_it_goes_back(drawn):
     page = drawn.page
     drawn.until("() => limnerApp.state.preview?.final")
     drawn.go("Watch")
+    # Until the machine's own times are there the replay follows an estimate, and 0.3 of it is another place.
+    drawn.until("() => limnerApp.state.plan?.times?.length")
     page.get_by_role("button", name="Pause").click()
     time = page.get_by_role("slider", name="Time")
     seen = []
@@ -224,7 +226,7 @@ def test_ink_appears_as_the_replay_goes_on_and_goes_when_it_goes_back(drawn):
         seen.append(ink(drawn))
     assert seen[0] < 60 < seen[1] < seen[2] < seen[3]
     time.fill("0.3")
-    assert ink(drawn) == pytest.approx(seen[1], rel=0.03)
+    assert ink(drawn) == seen[1]
     page.get_by_label("Moves of the lifted pen").check()
     assert ink(drawn) > seen[1]
     time.fill("1")
