@@ -1,5 +1,7 @@
 """The quick search: it finds what the search everywhere finds, in the same cells; its parts are exactly parts."""
 
+import threading
+
 import cv2
 import numpy as np
 import pytest
@@ -147,20 +149,31 @@ def test_a_part_far_from_its_place_is_reached():
     same(np.pad(pulled, ((40, 40), (40, 40), (0, 0)), constant_values=127), soft, scale_range_px=(3.9, 4.1))
 
 
-@pytest.mark.parametrize("cores", [1, 3])
-def test_the_number_of_cores_changes_nothing(cores, monkeypatch):
+@pytest.mark.parametrize("find", [search, search_quickly])
+def test_the_number_of_cores_changes_nothing(find, monkeypatch):
     canvas = np.concatenate([fmp_toy.on_grey(FACE, 20, 20, 220, 220)] * 3, axis=1)
-    alike = search_quickly(canvas, MODEL)
-    monkeypatch.setattr("limner.vision.landmarks.fmp.threads.cores", lambda: cores)
-    assert what(search_quickly(canvas, MODEL)) == what(alike)
+    alike = find(canvas, MODEL)
     assert len(alike) == 3
+    for cores in (1, 3):
+        monkeypatch.setattr("limner.vision.landmarks.fmp.threads.cores", lambda cores=cores: cores)
+        assert what(find(canvas, MODEL)) == what(alike)
+
+
+def test_the_search_needs_no_thread_but_its_own(monkeypatch):
+    started = []
+    start = threading.Thread.start
+    monkeypatch.setattr(threading.Thread, "start", lambda self: started.append(self) or start(self))
+    canvas = fmp_toy.on_grey(FACE, 20, 20, 220, 220)
+    assert len(search_quickly(canvas, MODEL)) == 1
+    assert not started
+    assert len(search(canvas, MODEL)) == 1  # the whole search shares its levels out
+    assert started
 
 
 def test_the_search_ends_when_several_places_in_a_row_hold_no_face(monkeypatch):
     looked = []
     climb = quick._Places._climb
     monkeypatch.setattr(quick._Places, "_climb", lambda self, *args: looked.append(args) or climb(self, *args))
-    monkeypatch.setattr("limner.vision.landmarks.fmp.threads.cores", lambda: 1)
     search_quickly(fmp_toy.texture(700, 700), MODEL)
     assert len(looked) == quick._PATIENCE
 

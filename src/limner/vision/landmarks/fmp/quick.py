@@ -3,6 +3,9 @@
 Stiff templates propose where a face may be. There, and only there, all parts are matched, in the same cells and with
 the same sums as in the whole search, on to the neighbouring level or view as long as the score grows. When several of
 the likeliest places in a row hold no face, the rest is not looked at.
+
+All of it is done one thing after the other: maps this small take less time than two threads lose waiting for each
+other between the many short steps, and the second thread would mostly look at places that then need no look.
 """
 
 from __future__ import annotations
@@ -32,7 +35,7 @@ from limner.vision.landmarks.fmp.pyramid import (
     wanted_steps,
 )
 from limner.vision.landmarks.fmp.response import responses
-from limner.vision.landmarks.fmp.threads import in_parallel
+from limner.vision.landmarks.fmp.threads import one_thread
 
 _PATIENCE = 4
 """So many proposals in a row that hold no face end the search."""
@@ -73,8 +76,9 @@ def search_quickly(
     """``inference.search`` for faces that stand out: same arguments, same result on them; ``one`` ends at the first."""
     threshold = model.threshold if threshold is None else threshold
     places = _Places(image, model, interval or model.interval, np.dtype(dtype), scale_range_px)
-    faces = itertools.islice(places.faces(threshold, overlap), 1 if one else None)
-    return suppress(list(faces), image.shape[:2], overlap)
+    with one_thread():
+        faces = list(itertools.islice(places.faces(threshold, overlap), 1 if one else None))
+    return suppress(faces, image.shape[:2], overlap)
 
 
 class _Places:
@@ -102,11 +106,10 @@ class _Places:
         proposals = self._proposals()
         usual = float(np.median([proposal.score for proposal in proposals])) if proposals else threshold
         hopeful = threshold - (1 - _HOPEFUL) * max(0.0, threshold - usual)
-        fresh = (proposal for proposal in proposals if not _covered(proposal.box_px, found, overlap))
-        climbed = in_parallel(lambda proposal: (proposal, self._climb(proposal, hopeful, threshold)), fresh)
-        for proposal, face in climbed:
+        for proposal in proposals:
             if _covered(proposal.box_px, found, overlap):
                 continue
+            face = self._climb(proposal, hopeful, threshold)
             new = face is not None and not _covered(face.box, found, overlap)
             failed = 0 if new else failed + 1
             if face is not None:
@@ -118,8 +121,7 @@ class _Places:
     def _proposals(self) -> list[Proposal]:
         stride = max(1, round(self._interval / _PER_OCTAVE))
         some = sorted({*self._steps[::stride], *self._steps[-1:]})
-        found = in_parallel(lambda step: self._templates.propose(self._pictures[step]), some)
-        return distinct(list(itertools.chain.from_iterable(found)), _MOST)
+        return distinct([place for step in some for place in self._templates.propose(self._pictures[step])], _MOST)
 
     def _climb(self, proposal: Proposal, hopeful: float, threshold: float) -> Detection | None:
         """The best configuration from a proposal on, each level and view from the best root so far."""

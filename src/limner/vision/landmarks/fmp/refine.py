@@ -15,6 +15,7 @@ from limner.vision.landmarks.fmp.matching import Forest
 from limner.vision.landmarks.fmp.model import Component, FmpModel
 from limner.vision.landmarks.fmp.pyramid import FILTER, PAD, padded
 from limner.vision.landmarks.fmp.response import responses
+from limner.vision.landmarks.fmp.threads import one_thread
 
 _STEP_OCTAVES = 0.2
 _MARGIN_CELLS = 3
@@ -39,7 +40,9 @@ def refine(image: Array, found: Detection, model: FmpModel, sizes: int, dtype: D
     """
     component = model.components[found.component]
     octaves = (np.arange(sizes) - (sizes - 1) / 2) * _STEP_OCTAVES
-    placed = [_place(image, found, model, component, found.scale_px * 2**octave, np.dtype(dtype)) for octave in octaves]
+    scales = found.scale_px * 2**octaves
+    with one_thread():
+        placed = [_place(image, found, model, component, scale, np.dtype(dtype)) for scale in scales]
     scores = np.array([score for score, _ in placed])
     weights = np.exp(_SHARPNESS * (scores - scores.max()))
     mean: Floats = np.tensordot(weights / weights.sum(), [points for _, points in placed], axes=1)

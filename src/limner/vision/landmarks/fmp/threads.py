@@ -6,6 +6,7 @@ ten times as long as one thread alone. So its threads are held to one, and the i
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import itertools
 import os
@@ -34,9 +35,16 @@ def in_parallel(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterat
     """``map`` over threads; at most as many items and results are held as there are cores."""
     count = cores()
     rest = iter(items)
-    with _libraries().limit(limits=1, user_api="blas"), ThreadPoolExecutor(count) as pool:
+    with one_thread(), ThreadPoolExecutor(count) as pool:
         while some := list(itertools.islice(rest, count)):
             yield from pool.map(work, some)
+
+
+@contextlib.contextmanager
+def one_thread() -> Iterator[None]:
+    """The linear algebra library's own threads are held to one meanwhile."""
+    with _libraries().limit(limits=1, user_api="blas"):
+        yield
 
 
 @functools.cache
