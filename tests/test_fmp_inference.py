@@ -10,7 +10,7 @@ from hypothesis import given, settings, strategies as st
 from PIL import Image
 
 import fmp_toy
-from limner.vision.landmarks.fmp.inference import Detection, search, search_level, suppress
+from limner.vision.landmarks.fmp.inference import Detection, SearchSettings, search, search_level, suppress
 from limner.vision.landmarks.fmp.matching import Forest
 from limner.vision.landmarks.fmp.matlab import import_matlab
 from limner.vision.landmarks.fmp.model import Component
@@ -87,7 +87,7 @@ def test_responses_are_correlations(seed, rows, cols):
 
 
 def test_the_toy_is_found_where_it_is():
-    (found,) = search(PICTURE, TOY, dtype=np.float64)
+    (found,) = search(PICTURE, TOY, SearchSettings(dtype=np.float64))
     assert np.array_equal(found.cells, fmp_toy.CELLS)
     assert found.score == pytest.approx(4, abs=1e-9)
     assert (found.level, found.scale_px, found.component) == (TOY.interval + 1, 4.0, 0)
@@ -108,7 +108,7 @@ def test_a_face_shifted_by_whole_cells_is_found_shifted_by_just_that(right, down
 
 def test_a_face_at_double_size_is_found_at_double_coordinates():
     double = np.kron(PICTURE, np.ones((2, 2, 1)))
-    (small,), (large,) = (search(picture, TOY, threshold=2.0)[:1] for picture in (PICTURE, double))
+    (small,), (large,) = (search(picture, TOY, SearchSettings(threshold=2.0))[:1] for picture in (PICTURE, double))
     assert large.scale_px == pytest.approx(2 * small.scale_px)
     assert np.abs((large.points_px + 0.5) / 2 - 0.5 - small.points_px).max() <= 1.0  # 5 taps smooth and shift by 1/2
 
@@ -117,7 +117,7 @@ def test_two_faces_are_both_found_best_first():
     canvas = fmp_toy.on_grey(PICTURE, 4, 4, 128, 260)
     canvas[4:124, 136:256] = PICTURE
     canvas[4:124, 136:256] += np.random.default_rng(0).normal(0, 12, PICTURE.shape)
-    found = search(canvas, TOY, threshold=2.5)
+    found = search(canvas, TOY, SearchSettings(threshold=2.5))
     assert len(found) >= 2
     assert found[0].score > found[1].score > 2.5
     assert abs(found[0].points_px[:, 0].mean() - found[1].points_px[:, 0].mean()) == pytest.approx(132, abs=4)
@@ -135,8 +135,8 @@ def test_a_higher_threshold_finds_a_part_of_what_a_lower_finds():
 
 
 def test_only_the_wanted_sizes_are_searched():
-    assert search(PICTURE, TOY, scale_range_px=(4.5, 100)) == []
-    assert len(search(PICTURE, TOY, scale_range_px=(3.9, 4.1))) == 1
+    assert search(PICTURE, TOY, SearchSettings(scale_range_px=(4.5, 100))) == []
+    assert len(search(PICTURE, TOY, SearchSettings(scale_range_px=(3.9, 4.1)))) == 1
 
 
 def test_unused_filters_change_nothing():
@@ -241,5 +241,5 @@ def test_single_precision_agrees_with_the_reference(authors, shared):
     folder, model = shared / "reference/fmp", authors["face_p146_small"]
     expected = json.loads((folder / "face_p146_small__astronaut.json").read_text())
     picture = np.asarray(Image.open(folder / expected["image"]).convert("RGB"))
-    kept = search(picture, model, threshold=expected["threshold"], interval=expected["interval"])
+    kept = search(picture, model, SearchSettings(threshold=expected["threshold"], interval=expected["interval"]))
     check(kept, expected, 1e-4, np.array([found.part_boxes + 1 for found in kept]))

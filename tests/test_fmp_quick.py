@@ -11,7 +11,7 @@ import fmp_toy
 from limner.vision.landmarks.fmp import quick
 from limner.vision.landmarks.fmp.coarse import Proposal, Templates, _correlate, distinct
 from limner.vision.landmarks.fmp.hog import hog, hog_part
-from limner.vision.landmarks.fmp.inference import search
+from limner.vision.landmarks.fmp.inference import SearchSettings, search
 from limner.vision.landmarks.fmp.matlab import import_matlab
 from limner.vision.landmarks.fmp.model import default_model
 from limner.vision.landmarks.fmp.pyramid import level_of, padded_size, part_of, scaled_pictures
@@ -75,7 +75,7 @@ def test_a_face_is_the_first_proposal():
     canvas = fmp_toy.on_grey(FACE, 40, 56, 320, 400)
     (scaled,) = scaled_pictures(canvas, 5, [0])
     proposals = Templates.of(MODEL, np.dtype(np.float64)).propose(scaled)
-    (found,) = search(canvas, MODEL, dtype=np.float64)
+    (found,) = search(canvas, MODEL, SearchSettings(dtype=np.float64))
     assert np.abs(np.array(proposals[0].root_px) - found.points_px[0]).max() <= 8
     assert np.abs(np.array(proposals[0].box_px) - found.box).max() <= 12
     assert proposals[0].score > 2 * proposals[1].score
@@ -99,7 +99,8 @@ def same(picture, model, **changes):
     """The faces, which both searches find in the same cells with the same scores."""
     # Sorted by place: of equal scores either may come first.
     everywhere, quickly = (
-        sorted(find(picture, model, **changes), key=lambda each: tuple(each.box)) for find in (search, search_quickly)
+        sorted(find(picture, model, SearchSettings(**changes)), key=lambda each: tuple(each.box))
+        for find in (search, search_quickly)
     )
     assert what(quickly) == what(everywhere)
     for a, b in zip(everywhere, quickly, strict=True):
@@ -127,7 +128,7 @@ def test_a_search_for_one_ends_at_a_face_of_the_whole_search():
     for x in (20, side + 60):
         canvas[30 : 30 + side, x : x + side] = FACE
     every = search_quickly(canvas, MODEL)
-    (first,) = search_quickly(canvas, MODEL, one=True)
+    (first,) = search_quickly(canvas, MODEL, most=1)
     assert len(every) == 2
     assert any(np.array_equal(first.points_px, face.points_px) and first.score == face.score for face in every)
 

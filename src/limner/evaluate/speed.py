@@ -20,7 +20,7 @@ from limner.evaluate import machines
 from limner.pipeline import Settings
 from limner.types import Face, Photo
 from limner.vision.cartoon.film import cartoon_frames
-from limner.vision.landmarks.fmp.inference import search
+from limner.vision.landmarks.fmp.inference import SearchSettings, search
 from limner.vision.landmarks.fmp.matlab import import_matlab
 from limner.vision.lines import MEASURED, PICTURES
 
@@ -141,7 +141,7 @@ def _authors(photo: Photo, folder: Path | None, runs: int) -> Iterator[Row]:
         path = folder / f"{name}.mat" if folder else None
         if path is None or not path.is_file():
             continue
-        find = partial(search, photo.rgb, import_matlab(path), threshold=-0.65, interval=5)
+        find = partial(search, photo.rgb, import_matlab(path), SearchSettings(threshold=-0.65, interval=5))
         goal = 1000 * seconds * _SHARE
         yield Row(f"{name}, everywhere, 640x480, CPU", _median_ms(find, runs, time.process_time), "ms", goal)
 

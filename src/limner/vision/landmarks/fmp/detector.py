@@ -7,7 +7,6 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import cv2
 import numpy as np
@@ -17,7 +16,7 @@ from limner.settings import SettingsGroup, setting
 from limner.types import LANDMARK_COUNTS, Face, Floats, Photo
 from limner.vision.landmarks.boxes import distinct
 from limner.vision.landmarks.fmp.hog import Array, half_down
-from limner.vision.landmarks.fmp.inference import Detection, search as search_everywhere
+from limner.vision.landmarks.fmp.inference import Detection, SearchSettings, search
 from limner.vision.landmarks.fmp.matlab import import_matlab
 from limner.vision.landmarks.fmp.model import FmpModel, default_model, load_model
 from limner.vision.landmarks.fmp.pyramid import FILTER
@@ -114,18 +113,19 @@ def _faces(copy: _Copy, model: FmpModel, scale_range_px: tuple[float, float], se
 
 
 def _search(
-    copy: _Copy, model: FmpModel, scale_range_px: tuple[float, float], settings: FmpSettings, *, one: bool = False
+    copy: _Copy,
+    model: FmpModel,
+    scale_range_px: tuple[float, float],
+    settings: FmpSettings,
+    most: int | None = None,
 ) -> list[Detection]:
-    search = search_everywhere if settings.exact else partial(search_quickly, one=one)
-    return search(
-        copy.picture,
-        model,
-        threshold=model.threshold + settings.threshold,
-        interval=settings.interval,
-        dtype=settings.precision,
-        scale_range_px=scale_range_px,
-        overlap=settings.overlap,
+    """The faces in a copy; no more than ``most`` are needed."""
+    wanted = SearchSettings(
+        model.threshold + settings.threshold, settings.interval, settings.precision, scale_range_px, settings.overlap
     )
+    if settings.exact:
+        return search(copy.picture, model, wanted)
+    return search_quickly(copy.picture, model, wanted, most)
 
 
 def _straightened(copy: _Copy, found: Detection, model: FmpModel, settings: FmpSettings) -> tuple[_Copy, Detection]:
@@ -141,7 +141,7 @@ def _straightened(copy: _Copy, found: Detection, model: FmpModel, settings: FmpS
             break
         turned = _surroundings(around, found, -tilt)
         sizes = (found.scale_px / _SIZE_ROOM, found.scale_px * _SIZE_ROOM)
-        again = _search(turned, model, sizes, settings, one=True)
+        again = _search(turned, model, sizes, settings, most=1)
         best = max(again, key=lambda detection: detection.score, default=found)
         if best.score <= found.score:
             break

@@ -55,33 +55,52 @@ class Detection:
         return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
 
 
-def search(
-    image: Array,
-    model: FmpModel,
-    *,
-    threshold: float | None = None,
-    interval: int | None = None,
-    dtype: DTypeLike = np.float32,
-    scale_range_px: tuple[float, float] = (0.0, math.inf),
-    overlap: float = 0.3,
-) -> list[Detection]:
-    """Find all configurations of parts above the threshold that no better one covers.
+@dataclass(frozen=True)
+class SearchSettings:
+    """What of a picture is searched, and how closely.
 
-    Args:
-        image: (H, W, 3), values 0..255.
-        model: what to look for.
+    Attributes:
         threshold: least score; None for the model's own.
         interval: levels of the pyramid per octave; None for the model's own.
         dtype: float64, or float32 for speed.
         scale_range_px: pixels per cell, from and to: faces come in at ``model.face_cells`` times this.
         overlap: of two faces that share more than this of either's area the better one stays.
+    """
+
+    threshold: float | None = None
+    interval: int | None = None
+    dtype: DTypeLike = np.float32
+    scale_range_px: tuple[float, float] = (0.0, math.inf)
+    overlap: float = 0.3
+
+    def least_score(self, model: FmpModel) -> float:
+        """Of a face of this model."""
+        return model.threshold if self.threshold is None else self.threshold
+
+    def levels_per_octave(self, model: FmpModel) -> int:
+        """Of the pyramid in which this model is looked for."""
+        return self.interval or model.interval
+
+
+EVERYTHING = SearchSettings()
+"""Faces of any size, as the model is meant to find them."""
+
+
+def search(image: Array, model: FmpModel, settings: SearchSettings = EVERYTHING) -> list[Detection]:
+    """Find all configurations of parts above the threshold that no better one covers.
+
+    Args:
+        image: (H, W, 3), values 0..255.
+        model: what to look for.
+        settings: where and how closely.
 
     Returns:
         Best first.
     """
-    threshold = model.threshold if threshold is None else threshold
-    interval = interval or model.interval
-    levels = pyramid(image, interval, cell_px=model.cell_px, dtype=dtype, scale_range_px=scale_range_px)
+    threshold, interval = settings.least_score(model), settings.levels_per_octave(model)
+    levels = pyramid(
+        image, interval, cell_px=model.cell_px, dtype=settings.dtype, scale_range_px=settings.scale_range_px
+    )
     found = [
         candidates
         for some in in_parallel(lambda level: list(_candidates(level, model, threshold)), levels)
@@ -93,7 +112,7 @@ def search(
     scores = np.concatenate([candidates.scores for candidates in found])
     owner = np.repeat(np.arange(len(found)), [len(candidates.scores) for candidates in found])
     first = np.searchsorted(owner, np.arange(len(found)))
-    return [found[owner[k]].detection(k - first[owner[k]]) for k in _keep(boxes, scores, overlap)]
+    return [found[owner[k]].detection(k - first[owner[k]]) for k in _keep(boxes, scores, settings.overlap)]
 
 
 def search_level(level: Level, model: FmpModel, threshold: float) -> Iterator[Detection]:

@@ -12,17 +12,15 @@ from __future__ import annotations
 
 import functools
 import itertools
-import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, DTypeLike, NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from limner.types import Floats
 from limner.vision.landmarks.fmp.coarse import Proposal, Templates, distinct
 from limner.vision.landmarks.fmp.hog import Array
-from limner.vision.landmarks.fmp.inference import Detection, suppress
+from limner.vision.landmarks.fmp.inference import EVERYTHING, Detection, SearchSettings, suppress
 from limner.vision.landmarks.fmp.matching import Forest
 from limner.vision.landmarks.fmp.model import FmpModel
 from limner.vision.landmarks.fmp.pyramid import (
@@ -63,40 +61,25 @@ _HOPEFUL = 0.4
 
 
 def search_quickly(
-    image: Array,
-    model: FmpModel,
-    *,
-    threshold: float | None = None,
-    interval: int | None = None,
-    dtype: DTypeLike = np.float32,
-    scale_range_px: tuple[float, float] = (0.0, math.inf),
-    overlap: float = 0.3,
-    one: bool = False,
+    image: Array, model: FmpModel, settings: SearchSettings = EVERYTHING, most: int | None = None
 ) -> list[Detection]:
-    """``inference.search`` for faces that stand out: same arguments, same result on them; ``one`` ends at the first."""
-    threshold = model.threshold if threshold is None else threshold
-    places = _Places(image, model, interval or model.interval, np.dtype(dtype), scale_range_px)
+    """``inference.search`` for faces that stand out: same result on them; the search ends at the ``most``-th."""
+    places = _Places(image, model, settings)
     with one_thread():
-        faces = list(itertools.islice(places.faces(threshold, overlap), 1 if one else None))
-    return suppress(faces, image.shape[:2], overlap)
+        faces = list(itertools.islice(places.faces(settings.least_score(model), settings.overlap), most))
+    return suppress(faces, image.shape[:2], settings.overlap)
 
 
 class _Places:
     """Looks for a model's faces at single places of a picture's pyramid."""
 
-    def __init__(
-        self,
-        image: Array,
-        model: FmpModel,
-        interval: int,
-        dtype: np.dtype[Any],
-        scale_range_px: tuple[float, float],
-    ) -> None:
-        self._model, self._interval, self._dtype = model, interval, dtype
-        self._steps = wanted_steps(image.shape[:2], interval, model.cell_px, scale_range_px)
-        pictures = scaled_pictures(np.asarray(image, dtype), interval, self._steps)
+    def __init__(self, image: Array, model: FmpModel, settings: SearchSettings) -> None:
+        self._model, self._interval = model, settings.levels_per_octave(model)
+        self._dtype = np.dtype(settings.dtype)
+        self._steps = wanted_steps(image.shape[:2], self._interval, model.cell_px, settings.scale_range_px)
+        pictures = scaled_pictures(np.asarray(image, self._dtype), self._interval, self._steps)
         self._pictures = {scaled.step: scaled for scaled in pictures}
-        self._templates = Templates.of(model, dtype)
+        self._templates = Templates.of(model, self._dtype)
         self._forest = functools.cache(lambda view: Forest([model.components[view]]))
 
     def faces(self, threshold: float, overlap: float) -> Iterator[Detection]:
