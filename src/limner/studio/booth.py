@@ -11,8 +11,9 @@ from limner.errors import BadInput
 from limner.studio.bodies import json_object
 from limner.studio.machine import commands, order_of
 from limner.studio.openapi import MAYBE_TEXT, TEXT, describe, listed, thing
+from limner.studio.orders import NotThere
 from limner.studio.queue import Goal, Queue
-from limner.studio.studio import NotThere, Studio, drawing_of
+from limner.studio.studio import Studio, drawing_of
 from limner.studio.visitors import DRAWINGS, PHOTOS, Recent, Visitor
 
 COUNTDOWN_S, RESET_S, CANDIDATES = 3, 60, 3

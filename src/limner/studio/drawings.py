@@ -9,7 +9,8 @@ from limner.studio.bodies import json_object
 from limner.studio.computer import SOON
 from limner.studio.live import checked_wish
 from limner.studio.openapi import describe, listed
-from limner.studio.studio import NotThere, Studio, drawing_of
+from limner.studio.orders import NotThere
+from limner.studio.studio import Studio, drawing_of
 from limner.studio.visitors import Visitor
 
 MEDIA = {"svg": "image/svg+xml", "png": "image/png", "gif": "image/gif", "mp4": "video/mp4", "json": "application/json"}

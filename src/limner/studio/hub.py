@@ -9,6 +9,8 @@ from typing import Any
 from limner.studio.visitors import Visitor
 
 Say = Callable[[dict[str, Any], bytes | None], Awaitable[None]]
+"""Sends a message, and perhaps a frame after it."""
+
 Telling = Callable[[Visitor], dict[str, Any]]
 """A message as a visitor may see it; its ``type`` says what it takes the place of."""
 

@@ -5,18 +5,17 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Mapping
 from typing import Any
 
 from limner.errors import BadInput, LimnerError
 from limner.studio.computer import LATER, NOW, SOON
+from limner.studio.hub import Say
 from limner.studio.studio import Studio
 from limner.studio.visitors import Visitor
 
 WANTED = ("preview", "plan", "candidates", "refinements")
 """What a wish may want; in this order it comes."""
-
-Say = Callable[[dict[str, Any], bytes | None], Awaitable[None]]
 
 
 class Live:

@@ -14,8 +14,8 @@ from limner.errors import BadInput, MissingExtra
 from limner.studio.bodies import json_object
 from limner.studio.jobs import Jobs
 from limner.studio.openapi import describe, listed
-from limner.studio.orders import Order
-from limner.studio.studio import NotThere, Studio, drawing_of
+from limner.studio.orders import NotThere, Order
+from limner.studio.studio import Studio, drawing_of
 from limner.studio.visitors import HeldDrawing, Visitor
 
 CHECKLIST = {

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from limner.errors import LimnerError
+from limner.errors import BadInput, LimnerError
 
 COMMANDS = {
     "idle": ("start",),
@@ -28,6 +28,10 @@ BUSY = ("connecting", "running", "pausing", "paused", "cancelling")
 
 class WrongState(LimnerError):
     """A command that the job's state does not allow."""
+
+
+class NotThere(BadInput):
+    """A name that a visitor has nothing under."""
 
 
 class Made(Protocol):

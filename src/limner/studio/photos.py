@@ -8,7 +8,8 @@ from starlette.responses import JSONResponse, Response
 from limner.errors import BadInput
 from limner.studio.bodies import UPLOAD_BYTES, body, json_object
 from limner.studio.openapi import BOX, POINTS, describe, ref, thing
-from limner.studio.studio import NotThere, Studio, photo_of
+from limner.studio.orders import NotThere
+from limner.studio.studio import Studio, photo_of
 from limner.studio.visitors import Visitor
 
 

@@ -11,8 +11,7 @@ from typing import Any
 
 from limner.errors import BadInput, CannotDraw, LimnerError
 from limner.studio.jobs import Jobs
-from limner.studio.orders import Order, WrongState
-from limner.studio.studio import NotThere
+from limner.studio.orders import NotThere, Order, WrongState
 from limner.studio.visitors import HeldDrawing, Visitor
 
 MOST, EACH, OVER = 40, 3, 20

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import secrets
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from limner.errors import BadInput
 from limner.studio.computer import NOW, Computer, PhotoMissing
 from limner.studio.hub import Hub
 from limner.studio.jobs import Jobs
+from limner.studio.orders import NotThere
+from limner.studio.queue import Queue
 from limner.studio.visitors import HeldDrawing, HeldPhoto, Visitor, Visitors
-
-if TYPE_CHECKING:
-    from limner.studio.queue import Queue
-
-
-class NotThere(BadInput):
-    """A name that a visitor has nothing under."""
 
 
 @dataclass
