@@ -341,7 +341,7 @@ def test_a_full_disk_is_one_line_and_nothing_is_half_written(tmp_path, monkeypat
         return Full()
 
     with monkeypatch.context() as patch:
-        patch.setattr(storage.os, "fdopen", fdopen)
+        patch.setattr("os.fdopen", fdopen)
         with pytest.raises(BadInput, match="No space left on device"):
             run_batch(photos, out)
     assert len(files_of(out)) == 3

@@ -84,7 +84,7 @@ def test_an_output_is_the_old_or_the_new_whatever_kills_the_writer(tmp_path):
 def test_all_files_are_written_whole():
     """Nothing in the package opens a file to write it in place, but what is made for that, or is for nobody else."""
     ours = {
-        "storage.py": "whole or not at all",
+        "storage/files.py": "whole or not at all",
         "batch/manifest.py": "a row is taken back where the disk is full",
         "studio/jobs.py": "in a passing folder",
         "studio/shelf.py": "beside, then renamed",

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from PIL import Image, ImageCms
 
-from limner import storage
 from limner.errors import BadInput, MissingExtra
 from limner.types import Photo
 from limner.vision import photo as module
@@ -300,7 +299,7 @@ def test_a_file_without_permission(tmp_path, monkeypatch):
     def refuse(path, mode):
         raise PermissionError(13, "Permission denied", path)
 
-    monkeypatch.setattr(storage, "open", refuse, raising=False)
+    monkeypatch.setattr("limner.storage.files.open", refuse, raising=False)
     with pytest.raises(BadInput, match=r"secret\.jpg.*Permission denied"):
         load_photo(tmp_path / "secret.jpg")
 
