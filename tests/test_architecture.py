@@ -44,7 +44,7 @@ ALLOWED = {
 # Packages that cost time or are optional: the only places that may name them.
 HEAVY = {
     "cv2": {"vision", "targets", "evaluate", "simulation", "studio/worker.py", "batch/threads.py"},
-    "PIL": {"vision/photo.py", "vision/landmarks/fmp", "targets", "simulation"},
+    "PIL": {"vision/photo", "vision/landmarks/fmp", "targets", "simulation"},
     "scipy": {"vision/landmarks/fmp", "evaluate"},
     "svgelements": {"targets/svg_read.py", "targets/flatten.py"},
     "tomli_w": {"settings.py"},
@@ -55,7 +55,7 @@ HEAVY = {
     "vpype_cli": {"vpype_plugin.py"},
     "serial": {"targets/serial_link.py"},
     "skimage": {"vision/landmarks/fmp/scenes.py"},
-    "pillow_heif": {"vision/photo.py"},
+    "pillow_heif": {"vision/photo/decode.py"},
     "urdf_parser_py": {"motion/arm/urdf.py"},
     "pinocchio": {"motion/arm/numeric_ik.py"},
     "mujoco": {"simulation/physics.py"},

@@ -13,8 +13,7 @@ from PIL import Image, ImageCms
 
 from limner.errors import BadInput, MissingExtra
 from limner.types import Photo
-from limner.vision import photo as module
-from limner.vision.photo import MAX_PIXELS, crop_photo, load_photo
+from limner.vision.photo import MAX_PIXELS, crop_photo, load_photo, pixels
 
 
 def picture(width=40, height=24):
@@ -419,8 +418,8 @@ def test_a_jpeg_of_41_megapixels_comes_back_smaller():
 @pytest.mark.parametrize("limit", [960, 959, 240, 60, 1])
 @pytest.mark.parametrize("as_array", [True, False])
 def test_however_low_the_limit_the_picture_keeps_it(monkeypatch, limit, as_array):
-    monkeypatch.setattr(module, "MAX_PIXELS", limit)
-    monkeypatch.setattr(module, "_BAND_PIXELS", 50)
+    monkeypatch.setattr(pixels, "MAX_PIXELS", limit)
+    monkeypatch.setattr(pixels, "_BAND_PIXELS", 50)
     photo = load_photo(picture() if as_array else encoded(Image.fromarray(picture()), "PNG"))
     assert photo.rgb.shape[0] * photo.rgb.shape[1] <= limit
     assert np.abs(photo.rgb.mean((0, 1)) - picture().mean((0, 1))).max() < 8
