@@ -12,7 +12,7 @@ from limner.motion.cost import costs
 from limner.motion.machine import load_machine
 from limner.stages import Stages
 from limner.types import Photo
-from limner.vision.lines import LineSettings, _wanted, draw_lines
+from limner.vision.lines import LineSettings, Sitter, draw_lines
 from limner.vision.tonal.chain import Taste, chained
 from limner.vision.tonal.scribble import CLOSEST_PX, ScribbleSettings, _Look, _strokes, spacing_px
 from portraits import astronaut, plain_face
@@ -132,8 +132,8 @@ def test_strokes_stay_on_the_photo(session):
 
 def test_ink_follows_the_wanted_ink(session):
     photo, face = astronaut()
-    working, ink = _wanted(photo, face, LineSettings(), Stages())
-    back = cv2.invertAffineTransform(working.photo_from_working)
+    sitter = Sitter(photo, face, LineSettings(), Stages())
+    back, ink = cv2.invertAffineTransform(sitter.working.photo_from_working), sitter.ink
     picture = np.zeros(ink.shape, np.uint8)
     for line in drawn(session).ink_px():
         fixed = np.rint((line @ back[:, :2].T + back[:, 2]) * 16).astype(np.int32)

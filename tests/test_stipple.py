@@ -15,7 +15,7 @@ from limner.motion.machine import load_machine
 from limner.stages import Stages
 from limner.types import Photo
 from limner.vision.likeness.picture import PAPER, drawing_picture, upright_from_photo
-from limner.vision.lines import LineSettings, _wanted, draw_lines
+from limner.vision.lines import LineSettings, Sitter, draw_lines
 from limner.vision.raster import filled
 from limner.vision.tonal.voronoi import _hilbert, stipple_dots
 from portraits import astronaut, plain_face
@@ -26,7 +26,8 @@ SETTINGS = LineSettings()
 @pytest.fixture(scope="module")
 def wanted():
     photo, face = astronaut()
-    return _wanted(photo, face, SETTINGS, Stages())
+    sitter = Sitter(photo, face, SETTINGS, Stages())
+    return sitter.working, sitter.ink
 
 
 @pytest.fixture(scope="module")
