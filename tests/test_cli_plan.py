@@ -8,7 +8,7 @@ import pytest
 
 import limner
 from drawings import of, segments
-from limner.cli.plan import clock
+from limner.cli.words import clock
 from limner.motion.cost import seconds
 from limner.motion.machine import MACHINES, load_machine
 from limner.types import PenPath

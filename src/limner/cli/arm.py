@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,63 +29,79 @@ FORMATS = (*joints.FORMATS, urscript.SUFFIX)
 """What the motion of an arm can be saved as."""
 
 
-def plan(
-    drawing: str,
-    robot: str,
-    settings: Settings,
-    *,
-    out: tuple[str, ...],
-    bags: tuple[str, ...],
-    calibration: str | None,
-    waypoints: str | None,
-    reach: str | None,
-    as_json: bool,
-) -> None:
-    """Plan, write what was asked for, and tell.
+@dataclass(frozen=True)
+class ArmWish:
+    """What is planned, and what is written of it.
 
-    Args:
-        drawing: file of the drawing.
-        robot: name or URDF.
-        settings: of the plan and of URScript.
+    Attributes:
+        drawing: its file.
         out: files for the trajectory.
         bags: bags of ROS to write.
         calibration: file of probed points, or None.
         waypoints: file for the poses of the pen, or None.
         reach: file for the map of the reach, or None.
-        as_json: print the report as JSON.
+        as_json: whether the report is printed as JSON.
+    """
+
+    drawing: str
+    out: tuple[str, ...]
+    bags: tuple[str, ...]
+    calibration: str | None
+    waypoints: str | None
+    reach: str | None
+    as_json: bool
+
+
+def plan(wish: ArmWish, robot: str, settings: Settings) -> None:
+    """Plan, write what is wished for, and tell.
+
+    Args:
+        wish: the drawing and the files.
+        robot: name or URDF.
+        settings: of the plan and of URScript.
 
     Raises:
         LimnerError: whatever stands in the way.
     """
-    for file in out:
-        joints.check_format(file, FORMATS)
-    for file in bags:
-        bag.check(file)
-    table = joints.waypoints_format(waypoints) if waypoints else ""
+    _check_formats(wish)
     arm = load_robot(robot)
-    found = read_calibration(calibration) if calibration else None
-    drawn = read_drawing(drawing)
-    planned = plan_arm(drawn, arm, settings.arm, found[0] if found else None)
-    report = planned.report() | {"pens": len(np.unique(drawn.layer))} | (found[1] if found else {})
-    tips = tip_poses(planned)
-    for file in out:
-        if Path(file).suffix.lower() == urscript.SUFFIX:
-            storage.write_whole(file, urscript.to_urscript(planned.trajectory, tips[:, :3], settings.ur))
-        else:
-            joints.save(planned.trajectory, file)
-    for file in bags:
-        bag.save(_recording(planned, drawn), file)
-    if waypoints:
-        poses = joints.waypoints(planned.trajectory, tips)
-        storage.write_whole(waypoints, joints.waypoints_bytes(poses, arm.base, table))
-    if reach:
-        storage.write_whole(reach, _reach_png(arm, planned, settings.arm))
-    report["out"] = [*out, *bags, *filter(None, (waypoints, reach))]
-    if as_json:
+    sheet, probed = read_calibration(wish.calibration) if wish.calibration else (None, {})
+    drawing = read_drawing(wish.drawing)
+    planned = plan_arm(drawing, arm, settings.arm, sheet)
+    _write(wish, planned, drawing, settings)
+    written = [*wish.out, *wish.bags, *filter(None, (wish.waypoints, wish.reach))]
+    report = planned.report() | {"pens": len(np.unique(drawing.layer))} | probed | {"out": written}
+    if wish.as_json:
         click.echo(json.dumps(report))
         return
     for line in _lines(report):
         click.echo(line, err=True)
+
+
+def _check_formats(wish: ArmWish) -> None:
+    """Before any work."""
+    for file in wish.out:
+        joints.check_format(file, FORMATS)
+    for file in wish.bags:
+        bag.check(file)
+    if wish.waypoints:
+        joints.waypoints_format(wish.waypoints)
+
+
+def _write(wish: ArmWish, planned: ArmPlan, drawing: Drawing, settings: Settings) -> None:
+    tips = tip_poses(planned)
+    for file in wish.out:
+        if Path(file).suffix.lower() == urscript.SUFFIX:
+            storage.write_whole(file, urscript.to_urscript(planned.trajectory, tips[:, :3], settings.ur))
+        else:
+            joints.save(planned.trajectory, file)
+    for file in wish.bags:
+        bag.save(_recording(planned, drawing), file)
+    if wish.waypoints:
+        poses, table = joints.waypoints(planned.trajectory, tips), joints.waypoints_format(wish.waypoints)
+        storage.write_whole(wish.waypoints, joints.waypoints_bytes(poses, planned.robot.base, table))
+    if wish.reach:
+        storage.write_whole(wish.reach, _reach_png(planned.robot, planned, settings.arm))
 
 
 def read_calibration(path: str) -> tuple[Placement, dict[str, Any]]:

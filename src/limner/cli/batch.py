@@ -6,6 +6,7 @@ import contextlib
 import json
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -20,6 +21,7 @@ from limner.batch.run import Order
 from limner.batch.summary import Summary
 from limner.batch.work import TRAJECTORY, Recipe
 from limner.cli import options
+from limner.cli.gathered import gathered
 from limner.cli.progress import bars
 from limner.errors import BadInput
 from limner.motion.arm.robots import ROBOTS, load_robot
@@ -27,6 +29,39 @@ from limner.pipeline import FORMATS, Settings, without_effect
 from limner.vision.landmarks.fmp.threads import cores
 
 ALSO = (*(suffix[1:] for suffix in FORMATS if suffix != ".svg"), TRAJECTORY)
+
+
+@dataclass(frozen=True)
+class BatchWish:
+    """What is drawn, where, and what is written of it; the help of the options says more.
+
+    Attributes:
+        photos: files, folders, patterns, lists, URLs, or ``-``.
+        out: folder for the drawings, the manifest and the sheet.
+        also: formats beside SVG.
+        robot: whose trajectory; None: Dumbo's.
+        workers: processes; None: one for each core.
+        scheduler: address of a Dask cluster, or None.
+        send: whether photos and drawings go over the network.
+        store: URL for the drawings, or None.
+        sidecars: whether faces are taken from files beside the photos.
+        parquet: whether the manifest is written as Parquet, too.
+        sheet: photos on the contact sheet.
+        as_json: whether the report is printed as JSON.
+    """
+
+    photos: tuple[str, ...]
+    out: str
+    also: tuple[str, ...]
+    robot: str | None
+    workers: int | None
+    scheduler: str | None
+    send: bool
+    store: str | None
+    sidecars: bool
+    parquet: bool
+    sheet: int
+    as_json: bool
 
 
 @click.command(short_help="Draw many photos, on this machine or on a cluster.")
@@ -60,22 +95,8 @@ ALSO = (*(suffix[1:] for suffix in FORMATS if suffix != ".svg"), TRAJECTORY)
 @options.settings_options
 @options.json_option
 @click.pass_context
-def batch(
-    ctx: click.Context,
-    photos: tuple[str, ...],
-    out: str,
-    also: tuple[str, ...],
-    robot: str | None,
-    workers: int | None,
-    scheduler: str | None,
-    send: bool,
-    store: str | None,
-    sidecars: bool,
-    parquet: bool,
-    sheet: int,
-    save_settings: Path | None,
-    as_json: bool,
-) -> None:
+@gathered(BatchWish)
+def batch(ctx: click.Context, wish: BatchWish, save_settings: Path | None) -> None:
     """Draw every photo of PHOTOS: files, folders, patterns ('*.jpg'), lists (.txt, .csv), URLs, or - for stdin.
 
     A photo that cannot be drawn is a row of the manifest with its error. The same command again draws only what is
@@ -85,17 +106,17 @@ def batch(
     settings = options.chosen_settings(ctx, Settings, save_settings)
     for note in without_effect(settings.style, settings):
         click.echo(f"note: {note}", err=True)
-    check_words(photos)
-    _check(also, robot, workers, scheduler, send, store, parquet)
-    folder = storage.make_folder(out).absolute()
-    place = store.rstrip("/") if store else str(folder)
-    recipe = Recipe(settings, ("svg", *dict.fromkeys(also)), robot or "dumbo", None if send else place)
-    order = Order(recipe, folder, place, send, sidecars, sheet)
-    summary = Summary(sheet)
-    names = photos_of(photos, sys.stdin.buffer, folder)
+    check_words(wish.photos)
+    _check(wish)
+    folder = storage.make_folder(wish.out).absolute()
+    place = wish.store.rstrip("/") if wish.store else str(folder)
+    recipe = Recipe(settings, ("svg", *dict.fromkeys(wish.also)), wish.robot or "dumbo", None if wish.send else place)
+    order = Order(recipe, folder, place, wish.send, wish.sidecars, wish.sheet)
+    summary = Summary(wish.sheet)
+    names = photos_of(wish.photos, sys.stdin.buffer, folder)
     try:
-        with _engine(scheduler, workers) as engine, _watched(photos, folder) as watch:
-            made = draw_batch(names, engine, order, summary, watch, parquet)
+        with _engine(wish.scheduler, wish.workers) as engine, _watched(wish.photos, folder) as watch:
+            made = draw_batch(names, engine, order, summary, watch, wish.parquet)
     except KeyboardInterrupt:
         click.echo(f"{_short(summary)}; the same command goes on from here", err=True)
         raise
@@ -103,35 +124,27 @@ def batch(
         if not summary.photos:
             raise
         raise BadInput(f"{error}; {summary.photos} photos are done, the same command goes on from there") from error
-    if as_json:
+    if wish.as_json:
         report = summary.report() | {"out": [*map(str, made)], "drawings": place, "settings": settings.to_dict()}
         click.echo(json.dumps(report))
     else:
         click.echo("\n".join([_short(summary), *_told(summary), *map(str, made)]), err=True)
 
 
-def _check(
-    also: tuple[str, ...],
-    robot: str | None,
-    workers: int | None,
-    scheduler: str | None,
-    send: bool,
-    store: str | None,
-    parquet: bool,
-) -> None:
+def _check(wish: BatchWish) -> None:
     """Options that do not go together, or need what is not installed, before any work."""
-    if scheduler and workers:
+    if wish.scheduler and wish.workers:
         raise BadInput("--workers is for this machine, and --scheduler has workers of its own; choose one")
-    if send and not scheduler:
+    if wish.send and not wish.scheduler:
         raise BadInput("--send is for --scheduler; on this machine workers see the same files")
-    if robot and TRAJECTORY not in also:
+    if wish.robot and TRAJECTORY not in wish.also:
         raise BadInput(f"--robot is for --also {TRAJECTORY}; add that")
-    if store and not remote.is_url(store):
-        raise BadInput(f"--store {store}: not an URL; for a folder name it with --out")
-    if parquet:
+    if wish.store and not remote.is_url(wish.store):
+        raise BadInput(f"--store {wish.store}: not an URL; for a folder name it with --out")
+    if wish.parquet:
         manifest.check_parquet()
-    if TRAJECTORY in also:
-        load_robot(robot or "dumbo")
+    if TRAJECTORY in wish.also:
+        load_robot(wish.robot or "dumbo")
 
 
 @contextlib.contextmanager

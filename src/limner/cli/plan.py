@@ -1,32 +1,17 @@
-"""``limner plan``: a drawing and a machine in, its time and travel out, and a film of it."""
+"""``limner plan``: a drawing and a machine in, its time and travel out, and a film of it; or an arm's motion."""
 
 from __future__ import annotations
 
-import dataclasses
-import json
-from collections.abc import Callable
 from pathlib import Path
 
 import click
 
-from limner import storage, units
-from limner.cli import arm, machines, options
-from limner.errors import BadInput
+from limner.cli import arm, machines, options, plotter
+from limner.cli.gathered import gathered, refuse
+from limner.cli.plotter import MOVIES, PlotterWish
 from limner.motion.arm.robots import ROBOTS
-from limner.motion.cost import Costs, costs
-from limner.motion.machine import load_machine
-from limner.motion.pen import plan as plan_path
 from limner.pipeline import Settings
-from limner.settings import write_toml
-from limner.targets import animation, files, movie
-from limner.types import Drawing, PenPath
-
-MOVIES: dict[str, Callable[[Drawing, PenPath, float], bytes]] = {
-    ".gif": movie.to_gif,
-    ".mp4": movie.to_mp4,
-    ".svg": animation.to_animated_svg,
-}
-"""What a film can be saved as."""
+from limner.targets import files
 
 _PLOTTER = {
     "--machine": "machine",
@@ -85,91 +70,19 @@ _ARM = {"--bag": "bags", "--calibration": "calibration", "--waypoints": "waypoin
 @options.settings_options
 @options.json_option
 @click.pass_context
+@gathered(PlotterWish, arm.ArmWish)
 def plan(
     ctx: click.Context,
-    drawing: str,
-    machine: str | None,
-    shrink: bool,
-    out: tuple[str, ...],
-    film: str | None,
-    movie_time: str,
-    path_file: str | None,
-    save_machine: str | None,
+    by_plotter: PlotterWish,
+    by_arm: arm.ArmWish,
     robot: str | None,
-    calibration: str | None,
-    bags: tuple[str, ...],
-    waypoints: str | None,
-    reach: str | None,
     save_settings: Path | None,
-    as_json: bool,
 ) -> None:
     """See ``help`` above, which names the formats."""
     settings = options.chosen_settings(ctx, Settings, save_settings)
     if robot is not None:
-        if unused := [name for name, value in _PLOTTER.items() if ctx.params[value]]:
-            raise BadInput(f"{unused[0]} is for plotters; leave it out with --robot")
-        arm.plan(
-            drawing,
-            robot,
-            settings,
-            out=out,
-            bags=bags,
-            calibration=calibration,
-            waypoints=waypoints,
-            reach=reach,
-            as_json=as_json,
-        )
-        return
-    if unused := [name for name, value in _ARM.items() if ctx.params[value]]:
-        raise BadInput(f"{unused[0]} is for arms; name one with --robot")
-    for file in out:
-        files.check_format(file)
-    if film is not None and Path(film).suffix.lower() not in MOVIES:
-        raise BadInput(f"{film}: cannot save a film as '{Path(film).suffix}'; choose {', '.join(MOVIES)}")
-    film_s = units.parse_time_s(movie_time, "--movie-time")
-    mover = load_machine(machine or "axidraw")
-    if save_machine is not None:
-        storage.write_whole(save_machine, write_toml(mover).encode())
-    placed = machines.placed(drawing, mover, shrink)
-    told = costs(placed, mover)
-    for file in out:
-        data = files.to_bytes(placed, files.check_format(file), plotter=machines.gcode_for(settings.gcode, mover))
-        storage.write_whole(file, data)
-    if film is not None or path_file is not None:
-        path = plan_path(placed, mover)
-        if film is not None:
-            storage.write_whole(film, MOVIES[Path(film).suffix.lower()](placed, path, film_s))
-        if path_file is not None:
-            storage.save(path, path_file)
-    written = [*out, *filter(None, (film, path_file, save_machine))]
-    if as_json:
-        click.echo(json.dumps({**dataclasses.asdict(told), "machine": mover.to_dict(), "out": written}))
+        refuse(by_plotter, _PLOTTER, "is for plotters; leave it out with --robot")
+        arm.plan(by_arm, robot, settings)
     else:
-        click.echo(summary(told, mover.name), err=True)
-        for file in written:
-            click.echo(file, err=True)
-
-
-def summary(told: Costs, machine: str) -> str:
-    """What it costs, in one line."""
-    return (
-        f"{machine}: {clock(told.seconds)} for {many(told.strokes, 'stroke')} and {many(told.points, 'point')}:"
-        f" {clock(told.draw_s)} drawing {told.ink_mm / 1000:.2f} m of ink,"
-        f" {clock(told.travel_s)} on {told.travel_mm / 1000:.2f} m between strokes,"
-        f" {clock(told.lift_s)} for {many(told.lifts, 'lift')}"
-    )
-
-
-def many(count: int, what: str) -> str:
-    """So many of it: 1 stroke, 2 strokes."""
-    return f"{count} {what}{'' if count == 1 else 's'}"
-
-
-def clock(seconds: float) -> str:
-    """Seconds as one says them: 42 s, 3:05 min, 1:02:03 h."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60}:{whole % 60:02d} min"
-    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d} h"
+        refuse(by_arm, _ARM, "is for arms; name one with --robot")
+        plotter.plan(by_plotter, settings)

@@ -11,8 +11,8 @@ import click
 from limner.cli import jobs, machines, options
 from limner.cli.jobs import Job
 from limner.cli.keys import interrupts, pause_key
-from limner.cli.plan import clock, many
 from limner.cli.progress import Watch, bars
+from limner.cli.words import clock, many
 from limner.errors import BadInput
 from limner.motion.arm.robots import ROBOTS
 from limner.pipeline import Settings
