@@ -213,13 +213,16 @@ def _checked(value: Any, hint: Any, about: About, name: str) -> Any:
     if type(value) not in kinds:
         wanted = " or ".join(_WORDS[kind] for kind in kinds if kind is not types.NoneType)
         raise BadInput(f"settings: {name} = {value!r}, expected {wanted}{_limits(about)}")
-    wrong = about.choices and value not in about.choices
-    if not isinstance(value, str):
-        wrong = not math.isfinite(value) or (about.low is not None and value < about.low)
-        wrong = wrong or (about.high is not None and value > about.high)
-    if wrong:
+    if not _within(value, about):
         raise BadInput(f"settings: {name} = {value!r} is outside{_limits(about) or ' what is finite'}")
     return value
+
+
+def _within(value: Any, about: About) -> bool:
+    if isinstance(value, str):
+        return not about.choices or value in about.choices
+    low, high = (-math.inf if about.low is None else about.low), (math.inf if about.high is None else about.high)
+    return math.isfinite(value) and bool(low <= value <= high)
 
 
 _WORDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}

@@ -90,9 +90,7 @@ def main() -> NoReturn:
     try:
         code = limner.main(arguments, prog_name="limner", standalone_mode=False)
         sys.stdout.flush()
-    except click.exceptions.Abort:
-        code = _say("interrupted", 130)
-    except KeyboardInterrupt:
+    except (click.exceptions.Abort, KeyboardInterrupt):
         code = _say("interrupted", 130)
     except click.ClickException as error:
         code = _say(_usage(error), 2)

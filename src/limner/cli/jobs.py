@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from limner.cli import machines
 from limner.errors import BadInput
 from limner.motion.arm.legs import Legs, legs
+from limner.motion.arm.robot import Robot
 from limner.motion.arm.robots import load_robot
 from limner.motion.cost import seconds, stroke_begins
 from limner.motion.machine import Machine, load_machine
@@ -94,34 +96,54 @@ def arm(motion: str, to: str, robot: str, settings: Settings) -> Job:
         BadInput: no address, robot or motion, or the arm has not six joints.
         CannotDraw: the motion is not for this arm, or exceeds its limits.
     """
-    pace = parse_pace(to) if to.startswith("sim:") else None
-    bridge = parse_bridge(to) if to.startswith("rosbridge:") else None
-    host = None if bridge or pace or to == "fake:" else parse_host(to)
-    mover = load_robot(robot)
+    make, mover = _arm_at(to), load_robot(robot)
     route = legs(joints.load(motion), mover, settings.arm.retime, settings.arm.allowed)
-    if bridge is None and pace is None:
+    if not to.startswith((_SIMULATED, _BRIDGED)):
         urscript.check_joints(mover.joints)
-    each = route.seconds()
-    lines = route.lines_mm()
 
     def run(journal: Journal, control: Control, watch: Watch) -> Place:
-        if bridge is not None:
-            arm = Rosbridge(bridge, route, settings.rosbridge, mover.joints, mover.base)
+        with make(route, mover, settings) as arm:
             return _drive(arm, route, journal, control, watch)
-        if pace is not None:
-            return _drive(SimulatedArm(route, settings.simulation, pace), route, journal, control, watch)
-        if host is not None:
-            return _drive(Ur(*host, route, settings.ur), route, journal, control, watch)
-        with FakeUr(route.motion.q[0], mover.lower, mover.upper, mover.velocity) as fake:
-            return _drive(Ur("127.0.0.1", fake.port, route, settings.ur), route, journal, control, watch)
 
-    listens = f"listens to {bridge.topic}" if bridge else "is in remote control"
+    listens = f"listens to {parse_bridge(to).topic}" if to.startswith(_BRIDGED) else "is in remote control"
     ready = (
         f"The arm {listens}, the sheet lies where it was planned; the arm first goes straight from where it stands to"
         " the pose that the motion begins with, and nothing is in its way."
     )
+    each, lines = route.seconds(), route.lines_mm()
     drawn = Drawing(lines, ("face",) * len(lines), np.ones(len(lines)))
     return Job(drawn, np.cumsum(each) - each, float(each.sum()), mover.name, ready, run)
+
+
+_SIMULATED, _BRIDGED = "sim:", "rosbridge:"
+
+_Making = Callable[[Legs, Robot, Settings], AbstractContextManager[Arm]]
+
+
+def _arm_at(to: str) -> _Making:
+    """What makes the arm at an address, while it is drawn with.
+
+    Raises:
+        BadInput: no such address.
+    """
+    if to.startswith(_SIMULATED):
+        pace = parse_pace(to)
+        return lambda route, robot, settings: nullcontext(SimulatedArm(route, settings.simulation, pace))
+    if to.startswith(_BRIDGED):
+        bridge = parse_bridge(to)
+        return lambda route, robot, settings: nullcontext(
+            Rosbridge(bridge, route, settings.rosbridge, robot.joints, robot.base)
+        )
+    if to == "fake:":
+        return _fake_ur
+    host = parse_host(to)
+    return lambda route, robot, settings: nullcontext(Ur(*host, route, settings.ur))
+
+
+@contextmanager
+def _fake_ur(route: Legs, robot: Robot, settings: Settings) -> Iterator[Arm]:
+    with FakeUr(route.motion.q[0], robot.lower, robot.upper, robot.velocity) as fake:
+        yield Ur("127.0.0.1", fake.port, route, settings.ur)
 
 
 def _drive(arm: Arm, route: Legs, journal: Journal, control: Control, watch: Watch) -> Place:

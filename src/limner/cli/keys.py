@@ -54,14 +54,7 @@ def pause_key(control: Control, tell: Callable[[str], None]) -> Iterator[None]:
     file = sys.stdin.fileno()
     before = termios.tcgetattr(file)
     ended = threading.Event()
-
-    def watch() -> None:
-        while not ended.is_set():
-            if select.select([file], [], [], LOOK_S)[0] and sys.stdin.read(1) == " ":
-                control.pause = not control.pause
-                tell("pausing" if control.pause else "going on")
-
-    thread = threading.Thread(target=watch, daemon=True)
+    thread = threading.Thread(target=_watch, args=(control, tell, ended), daemon=True)
     tty.setcbreak(file)
     thread.start()
     try:
@@ -70,3 +63,10 @@ def pause_key(control: Control, tell: Callable[[str], None]) -> Iterator[None]:
         ended.set()
         thread.join()
         termios.tcsetattr(file, termios.TCSADRAIN, before)
+
+
+def _watch(control: Control, tell: Callable[[str], None], ended: threading.Event) -> None:
+    while not ended.is_set():
+        if select.select([sys.stdin], [], [], LOOK_S)[0] and sys.stdin.read(1) == " ":
+            control.pause = not control.pause
+            tell("pausing" if control.pause else "going on")

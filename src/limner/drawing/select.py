@@ -90,6 +90,13 @@ class _Costs:
     price: list[list[float]]
     fixed: list[float]
 
+    def of_step(self, stroke: int, version: int) -> Floats:
+        """Points and seconds (2,) from the version before, or from nothing, to this one."""
+        cost = np.array([self.points[stroke][version], self.seconds[stroke][version]])
+        if version:
+            cost -= [self.points[stroke][version - 1], self.seconds[stroke][version - 1]]
+        return cost
+
 
 def select(drawing: Drawing, settings: SelectSettings, limit: TimeLimit | None = None) -> Drawing:
     """Keep what the drawing would miss most, within the budget.
@@ -180,9 +187,7 @@ def _fill(steps: _Steps, weight: Floats, budget: Floats) -> tuple[dict[int, Floa
         stroke, k = step
         if level.get(stroke, -1) != k - 1 or (full and k == 0):
             continue
-        cost = np.array([costs.points[stroke][k], costs.seconds[stroke][k]])
-        if k:
-            cost -= [costs.points[stroke][k - 1], costs.seconds[stroke][k - 1]]
+        cost = costs.of_step(stroke, k)
         if (cost <= left).all():
             lines[stroke], level[stroke] = versions[stroke].lines[k], k
             left -= cost

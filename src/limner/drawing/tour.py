@@ -149,20 +149,45 @@ class Tour:
                 gain = saved - abs(zb - zd)
                 if gain > best and abs(q - p) <= self.longest:
                     best, pieces = gain, (((p + 1, q, True) if q > p else (q + 1, p, True)),)
-            for e, gap in nearest[d]:
-                still = saved - gap
-                if still <= best:
-                    break
-                r = base + sign * at[e]
-                zf = where[row[base + sign * (r + (1 if r & 1 else -1))]]
-                gain = still + abs(where[e] - zf) - abs(zf - zb)
-                if gain <= best:
-                    continue
-                # Most moves gain nothing: whether one makes a tour is asked of the others only.
-                found = _turned(p, q, r) if step == 1 else _cut(p, q, r)
-                if found and max(found[0][1], found[1][1]) - min(found[0][0], found[1][0]) < self.longest:
-                    best, pieces = gain, found
+            close = nearest[d]
+            if close and saved - close[0][1] > best:
+                best, pieces = self._third((base, sign, p, q), close, saved, (best, pieces))
         return best, pieces
+
+    def _third(
+        self,
+        seen: tuple[int, int, int, int],
+        close: list[tuple[int, float]],
+        saved: float,
+        best: tuple[float, Pieces],
+    ) -> tuple[float, Pieces]:
+        """The best of ``best`` and the moves with a third hop.
+
+        Args:
+            seen: base, sign, p and q of ``_search``.
+            close: ends near d, and how far.
+            saved: by the first two hops, less what the hop from a to c costs.
+            best: a gain, and the move that makes it.
+        """
+        base, sign, p, q = seen
+        row, at, where = self.row, self.at, self.where
+        zb = where[row[base + sign * (p + 1)]]
+        made = _turned if q & 1 else _cut
+        gained, pieces = best
+        for e, gap in close:
+            still = saved - gap
+            if still <= gained:
+                break
+            r = base + sign * at[e]
+            zf = where[row[base + sign * (r + (1 if r & 1 else -1))]]
+            gain = still + abs(where[e] - zf) - abs(zf - zb)
+            if gain <= gained:
+                continue
+            # Most moves gain nothing: whether one makes a tour is asked of the others only.
+            found = made(p, q, r)
+            if found and max(found[0][1], found[1][1]) - min(found[0][0], found[1][0]) < self.longest:
+                gained, pieces = gain, found
+        return gained, pieces
 
 
 def _turned(p: int, q: int, r: int) -> Pieces | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import socket
 import subprocess
@@ -78,19 +79,24 @@ def measure(photo: Photo, portraits: int, told: Callable[[int], None] = lambda d
             seconds, cpu, memory = [], [], []
             for number in range(portraits):
                 shown = Photo(photo.rgb[:, ::-1]) if number % 2 else photo
-                message = messages.fill_image(r.sensor.Image(), shown)
-                planned.clear()
-                began, used = time.perf_counter(), _cpu_s(node)
-                publisher.publish(message)
-                if not planned.wait(PATIENCE_S):
-                    raise DeviceFailed("limner ros node: no trajectory came of a photo; does it show a face?")
-                seconds.append(time.perf_counter() - began)
+                message, used = messages.fill_image(r.sensor.Image(), shown), _cpu_s(node)
+                seconds.append(_until(planned, functools.partial(publisher.publish, message)))
                 cpu.append(_cpu_s(node) - used)
                 memory.append(_memory_mb(node))
                 told(number + 1)
         finally:
             end()
     return _figures(seconds, cpu, memory, stamps)
+
+
+def _until(planned: threading.Event, begin_work: Callable[[], None]) -> float:
+    """Seconds from the beginning of some work until a trajectory comes of it."""
+    planned.clear()
+    began = time.perf_counter()
+    begin_work()
+    if not planned.wait(PATIENCE_S):
+        raise DeviceFailed("limner ros node: no trajectory came of a photo; does it show a face?")
+    return time.perf_counter() - began
 
 
 _WARM_S = 5.0

@@ -38,41 +38,42 @@ def ros() -> Any:
         MissingRos: one of them cannot be imported.
     """
     try:
-        import actionlib
-        import actionlib_msgs.msg
-        import genpy.dynamic
-        import geometry_msgs.msg
-        import nav_msgs.msg
-        import rosgraph
-        import rospy
-        import sensor_msgs.msg
-        import std_msgs.msg
-        import std_srvs.srv
-        import tf2_ros
-        import trajectory_msgs.msg
-        import visualization_msgs.msg
+        return SimpleNamespace(**_libraries(), **_messages())
     except ImportError as error:
         raise MissingRos(error.name or str(error)) from error
+
+
+def _libraries() -> dict[str, Any]:
+    import actionlib
+    import rosgraph
+    import rospy
+    import tf2_ros
+
+    return {"actionlib": actionlib, "rosgraph": rosgraph, "rospy": rospy, "tf": tf2_ros}
+
+
+def _messages() -> dict[str, Any]:
+    import actionlib_msgs.msg
+    import genpy.dynamic
+    import geometry_msgs.msg
+    import nav_msgs.msg
+    import sensor_msgs.msg
+    import std_msgs.msg
+    import std_srvs.srv
+    import trajectory_msgs.msg
+    import visualization_msgs.msg
+
     status, trajectory = actionlib_msgs.msg, trajectory_msgs.msg
-    others = (
-        std_msgs.msg.Header,
-        trajectory.JointTrajectory,
-        trajectory.JointTrajectoryPoint,
-        status.GoalID,
-        status.GoalStatus,
-    )
-    return SimpleNamespace(
-        actionlib=actionlib,
-        control=generated(genpy.dynamic, others),
-        geometry=geometry_msgs.msg,
-        nav=nav_msgs.msg,
-        rosgraph=rosgraph,
-        rospy=rospy,
-        sensor=sensor_msgs.msg,
-        status=status.GoalStatus,
-        std=std_msgs.msg,
-        srvs=std_srvs.srv,
-        tf=tf2_ros,
-        trajectory=trajectory,
-        visual=visualization_msgs.msg,
-    )
+    points = (trajectory.JointTrajectory, trajectory.JointTrajectoryPoint)
+    others = (std_msgs.msg.Header, *points, status.GoalID, status.GoalStatus)
+    return {
+        "control": generated(genpy.dynamic, others),
+        "geometry": geometry_msgs.msg,
+        "nav": nav_msgs.msg,
+        "sensor": sensor_msgs.msg,
+        "status": status.GoalStatus,
+        "std": std_msgs.msg,
+        "srvs": std_srvs.srv,
+        "trajectory": trajectory,
+        "visual": visualization_msgs.msg,
+    }

@@ -122,20 +122,7 @@ def robot_fields(name: str) -> dict[str, Any]:
     """A robot as the page shows it: the chain of its joints and the shapes of its links [m, rad]."""
     robot = load_robot(known(name, ROBOTS, "robot"))
     links = [robot.base, *(f"link{i + 1}" for i in range(robot.dof)), robot.tip]
-    joints = [
-        {
-            "name": joint,
-            "type": "prismatic" if robot.prismatic[i] else "revolute",
-            "parent": links[i],
-            "child": links[i + 1],
-            **_origin(robot.before[i]),
-            "axis": robot.axes[i].tolist(),
-            "lower": float(robot.lower[i]),
-            "upper": float(robot.upper[i]),
-            "velocity": float(robot.velocity[i]),
-        }
-        for i, joint in enumerate(robot.joints)
-    ]
+    joints = [_joint(robot, i, links) for i in range(robot.dof)]
     end = {"name": "pen", "type": "fixed", "parent": links[-2], "child": links[-1], "axis": [0.0, 0.0, 1.0]}
     shapes: dict[str, list[Any]] = {link: [] for link in links}
     for capsule in robot.capsules:
@@ -148,6 +135,21 @@ def robot_fields(name: str) -> dict[str, Any]:
         "joints": [*joints, end | _origin(robot.before[-1])],
         "links": [{"name": link, "shapes": shapes[link]} for link in links],
         "poses": {pose: q.tolist() for pose, q in robot.poses.items()},
+    }
+
+
+def _joint(robot: Robot, i: int, links: list[str]) -> dict[str, Any]:
+    """A joint that moves, between two of the links."""
+    return {
+        "name": robot.joints[i],
+        "type": "prismatic" if robot.prismatic[i] else "revolute",
+        "parent": links[i],
+        "child": links[i + 1],
+        **_origin(robot.before[i]),
+        "axis": robot.axes[i].tolist(),
+        "lower": float(robot.lower[i]),
+        "upper": float(robot.upper[i]),
+        "velocity": float(robot.velocity[i]),
     }
 
 

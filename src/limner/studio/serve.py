@@ -74,13 +74,17 @@ def serve(
         server_header=False,
         timeout_graceful_shutdown=2,
     )
-    shown = f"[{host}]" if ":" in host else {"0.0.0.0": socket.gethostname(), "": "127.0.0.1"}.get(host, host)
-    base = f"http://{shown}:{port}"
-    operator = f"{base}/operator?token={tokens['operator']}" if booth else None
-    ready(Address(f"{base}/?token={tokens['visitor']}", operator, _is_loopback(host)))
+    ready(_address(host, port, tokens))
     # Ctrl-C is how one ends it; uvicorn raises it again when all is closed.
     with contextlib.suppress(KeyboardInterrupt):
         uvicorn.Server(config).run(sockets=[listening])
+
+
+def _address(host: str, port: int, tokens: dict[str, str]) -> Address:
+    shown = f"[{host}]" if ":" in host else {"0.0.0.0": socket.gethostname(), "": "127.0.0.1"}.get(host, host)
+    base = f"http://{shown}:{port}"
+    operator = f"{base}/operator?token={tokens['operator']}" if "operator" in tokens else None
+    return Address(f"{base}/?token={tokens['visitor']}", operator, _is_loopback(host))
 
 
 def names_of(host: str) -> set[str]:

@@ -6,6 +6,20 @@ from dataclasses import dataclass, field
 
 from limner.targets.fake import Fake, Point
 
+_ANSWERS = {"V": "EBBv13_and_above EB Firmware Version 2.8.1", "QM": "QM,0,0,0,0"}
+"""Of queries that no OK follows."""
+
+_COMMANDS = {
+    "QS": "_tell_steps",
+    "QC": "_tell_power",
+    "SP": "_move_pen",
+    "EM": "_power",
+    "CS": "_forget_steps",
+    "SM": "_moves",
+    "ES": "_stop",
+    "SC": "_configure",
+}
+
 
 @dataclass
 class FakeEbb(Fake):
@@ -54,33 +68,36 @@ class FakeEbb(Fake):
         return "!8 Err: Unknown command"
 
     def _act(self, words: list[str]) -> None:
-        name = words[0]
-        numbers = [int(word) for word in words[1:]]
-        if name == "V":
-            self.say("EBBv13_and_above EB Firmware Version 2.8.1")
-            return
-        if name == "QM":
-            self.say("QM,0,0,0,0")
-            return
-        if name == "QS":
-            self.say(f"{self.steps[0]},{self.steps[1]}")
-        elif name == "QC":
-            self.say(f"0394,{'0540' if self.powered else '0120'}")
-        elif name == "SP":
-            self._lower(numbers[0] == 0)
-            self.milliseconds += numbers[1]
-        elif name == "EM":
-            self._enabled = numbers[0] > 0
-        elif name == "CS":
-            self.steps, self._counted, self.place = (0, 0), True, self.home
-        elif name == "SM":
-            self._moves(*numbers)
-        elif name == "ES":
-            self.say("0,0,0,0,0")
-        elif name != "SC":
+        name, numbers = words[0], [int(word) for word in words[1:]]
+        if name in _ANSWERS:
+            self.say(_ANSWERS[name])
+        elif name in _COMMANDS:
+            getattr(self, _COMMANDS[name])(*numbers)
+            self.say("OK")
+        else:
             self.say(f"!8 Err: Unknown command '{name}:{ord(name[0]) if name else 0}'")
-            return
-        self.say("OK")
+
+    def _tell_steps(self) -> None:
+        self.say(f"{self.steps[0]},{self.steps[1]}")
+
+    def _tell_power(self) -> None:
+        self.say(f"0394,{'0540' if self.powered else '0120'}")
+
+    def _move_pen(self, up: int, milliseconds: int, *_: int) -> None:
+        self._lower(up == 0)
+        self.milliseconds += milliseconds
+
+    def _power(self, one: int, *_: int) -> None:
+        self._enabled = one > 0
+
+    def _forget_steps(self) -> None:
+        self.steps, self._counted, self.place = (0, 0), True, self.home
+
+    def _stop(self) -> None:
+        self.say("0,0,0,0,0")
+
+    def _configure(self, *_: int) -> None:
+        """Where a servo stands is not seen here."""
 
     def _moves(self, milliseconds: int, one: int, two: int) -> None:
         if not self._enabled or not self._counted:

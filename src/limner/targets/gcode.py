@@ -96,31 +96,55 @@ def _lines(drawing: Drawing, settings: GcodeSettings) -> Iterator[str]:
     yield MODES
     yield from _template(settings.header, drawing, "header")
     yield from words.up()
-    place: list[float] | None = None
-    changes = drawing.changes().tolist()
     yield from () if drawing.pens == (Pen(drawing.pen.width_mm),) else _pen(drawing, 0)
+    yield from _strokes(drawing, settings, _Tip(words))
+    yield words.travel([0.0, 0.0])
+    yield from _template(settings.footer, drawing, "footer")
+
+
+def _strokes(drawing: Drawing, settings: GcodeSettings, tip: _Tip) -> Iterator[str]:
+    changes = drawing.changes().tolist()
     for k, line in enumerate(drawing.lines_mm):
         points = rounded(line).tolist()
         if changes[k]:
-            yield from words.up() if place is not None else ()
+            yield from tip.up()
             yield from [*_pen(drawing, k), *_template(settings.pen_change, drawing, "pen_change")]
-            place = None
-        if points[0] != place:
-            yield from words.up() if place is not None else ()
+        if points[0] != tip.place:
+            yield from tip.up()
         yield f"(stroke {k + 1}: {drawing.region[k]})"
-        first = points[0] != place
-        if first:
-            yield words.travel(points[0])
-            yield from words.down()
-        for to in points[1:]:
-            yield words.draw(to, first)
-            first = False
+        yield from tip.draw(points)
+    yield from tip.up()
+
+
+class _Tip:
+    """The pen's tip.
+
+    Attributes:
+        place: x, y where it is on the paper [mm]; None: it is raised.
+    """
+
+    def __init__(self, words: Words) -> None:
+        self._words = words
+        self.place: list[float] | None = None
+
+    def up(self) -> Iterator[str]:
+        """Raise it, if it is down."""
+        if self.place is not None:
+            self.place = None
+            yield from self._words.up()
+
+    def draw(self, points: list[list[float]]) -> Iterator[str]:
+        """Draw a line; it goes on where the tip is, if that is down."""
+        begins = self.place is None
+        if begins:
+            yield self._words.travel(points[0])
+            yield from self._words.down()
+        for k, to in enumerate(points[1:]):
+            yield self._words.draw(to, begins and k == 0)
+        self.place = points[-1]
         # A dot leaves the feed unsaid, so that what goes on from it says it.
-        place = None if first and len(points) == 1 else points[-1]
-        yield from words.up() if place is None else ()
-    yield from words.up() if place is not None else ()
-    yield words.travel([0.0, 0.0])
-    yield from _template(settings.footer, drawing, "footer")
+        if begins and len(points) == 1:
+            yield from self.up()
 
 
 def _pen(drawing: Drawing, k: int) -> list[str]:

@@ -207,33 +207,64 @@ def cross_bridges(branches: list[Branch], longest: float, bend_deg: float) -> li
         longest: length of a bridge [px].
         bend_deg: the largest bend of a line that crosses [deg].
     """
-    meeting: dict[int, list[int]] = {}
-    for i, branch in enumerate(branches):
-        for side in (0, 1):
-            meeting.setdefault(branch.nodes[side], []).append(2 * i + side)
-    paths, nodes = [branch.path for branch in branches], [list(branch.nodes) for branch in branches]
-    fresh = max(meeting, default=0) + 1
-    gone: set[int] = set()
-    for i in sorted(range(len(branches)), key=lambda i: len(branches[i].path)):
-        u, v = branches[i].nodes
-        ends = [[end for end in meeting[node] if end // 2 != i] for node in (u, v)]
-        touched = any(end // 2 in gone or nodes[end // 2][end % 2] != node for node in (u, v) for end in meeting[node])
-        if u == v or touched or [len(some) for some in ends] != [2, 2] or geometry.length(paths[i]) > longest:
+    net = _Net(branches)
+    for bridge in sorted(range(len(branches)), key=lambda i: len(branches[i].path)):
+        length = geometry.length(net.paths[bridge])
+        if length > longest or not net.links_two_crossings(bridge):
             continue
-        skip = geometry.length(paths[i]) / 2 + 2
-        (a, b), (c, d) = ends
+        skip = length / 2 + 2
+        (a, b), (c, d) = net.ends_at(bridge)
         pairings = [((a, c), (b, d)), ((a, d), (b, c))]
-        bends = [max(_bend_deg(paths, pair, skip) for pair in pairing) for pairing in pairings]
-        if min(bends) > bend_deg:
-            continue
-        gone.add(i)
-        for one, other in pairings[int(np.argmin(bends))]:
-            middle = (_inner(paths, one, skip)[0] + _inner(paths, other, skip)[0]) / 2
+        bends = [max(_bend_deg(net.paths, pair, skip) for pair in pairing) for pairing in pairings]
+        if min(bends) <= bend_deg:
+            net.cross(bridge, pairings[int(np.argmin(bends))], skip)
+    return net.branches()
+
+
+class _Net:
+    """Branches while their crossings change; end 2 i + side is that side of branch i.
+
+    Attributes:
+        paths: of the branches, as they are by now.
+    """
+
+    def __init__(self, branches: list[Branch]) -> None:
+        self.paths, self._nodes = [branch.path for branch in branches], [list(branch.nodes) for branch in branches]
+        self._first = [branch.nodes for branch in branches]
+        self._meeting: dict[int, list[int]] = {}
+        for i, branch in enumerate(branches):
+            for side in (0, 1):
+                self._meeting.setdefault(branch.nodes[side], []).append(2 * i + side)
+        self._fresh = max(self._meeting, default=0) + 1
+        self._gone: set[int] = set()
+
+    def ends_at(self, bridge: int) -> list[list[int]]:
+        """What meets a branch at either of its nodes."""
+        return [[end for end in self._meeting[node] if end // 2 != bridge] for node in self._first[bridge]]
+
+    def links_two_crossings(self, bridge: int) -> bool:
+        """Whether two others meet a branch at each of two nodes, and nothing there has changed yet."""
+        u, v = self._first[bridge]
+        return u != v and all(len(some) == 2 for some in self.ends_at(bridge)) and not self._touched(u, v)
+
+    def _touched(self, *nodes: int) -> bool:
+        ends = [(end, node) for node in nodes for end in self._meeting[node]]
+        return any(end // 2 in self._gone or self._nodes[end // 2][end % 2] != node for end, node in ends)
+
+    def cross(self, bridge: int, pairing: tuple[tuple[int, int], tuple[int, int]], skip: float) -> None:
+        """Take the bridge out, and lead each pair of ends through a middle of its own."""
+        self._gone.add(bridge)
+        for one, other in pairing:
+            middle = (_inner(self.paths, one, skip)[0] + _inner(self.paths, other, skip)[0]) / 2
             for end in (one, other):
-                paths[end // 2] = _led_to(paths[end // 2], end % 2, skip, middle)
-                nodes[end // 2][end % 2] = fresh
-            fresh += 1
-    return [Branch(paths[i], (nodes[i][0], nodes[i][1])) for i in range(len(branches)) if i not in gone]
+                self.paths[end // 2] = _led_to(self.paths[end // 2], end % 2, skip, middle)
+                self._nodes[end // 2][end % 2] = self._fresh
+            self._fresh += 1
+
+    def branches(self) -> list[Branch]:
+        """Those that are left."""
+        left = [i for i in range(len(self.paths)) if i not in self._gone]
+        return [Branch(self.paths[i], (self._nodes[i][0], self._nodes[i][1])) for i in left]
 
 
 def _inner(paths: list[Floats], end: int, skip: float) -> tuple[Floats, Floats]:

@@ -27,6 +27,8 @@ SAMPLES = 4
 """Points of the curve between two control points."""
 
 _SHIFT = 4
+# Down to the left, where the picture does not say how a stroke runs.
+_RIGHT_HAND = (0.8, -0.6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,37 +112,45 @@ def _strokes(
     points = places.astype(np.float64)
     if not manner.longest:
         return list(points[:, None])
-    grey = wanted @ np.array([0.3, 0.59, 0.11], np.float32)
-    dx, dy = slopes(np.ascontiguousarray(grey))
-    height, width = grey.shape
-    colour = wanted[places[:, 1], places[:, 0]]
-    way = np.zeros_like(points)
-    grown, alive = [points], np.ones(len(points), bool)
-    length = np.ones(len(points), np.int64)
+    slope, colour = _slope(wanted), wanted[places[:, 1], places[:, 0]]
+    last = np.array(wanted.shape[1::-1]) - 1
+    grown, alive, length = [points], np.ones(len(points), bool), np.ones(len(points), np.int64)
+    way: Floats | None = None
     for step in range(manner.longest):
-        column, row = np.clip(np.rint(points), 0, [width - 1, height - 1]).astype(np.int64).T
-        here = wanted[row, column]
+        column, row = np.clip(np.rint(points), 0, last).astype(np.int64).T
         if step > manner.shortest:
+            here = wanted[row, column]
             off, worse = (np.abs(here - other).sum(axis=1) for other in (canvas[row, column], colour))
             alive &= (off >= worse) | first & (worse < manner.threshold)
-        slope = np.stack([dx[row, column], dy[row, column]], axis=1).astype(np.float64)
-        steep = np.hypot(*slope.T)
-        along = np.stack([-slope[:, 1], slope[:, 0]], axis=1) / np.maximum(steep, 1e-9)[:, None]
-        along *= np.where((along * way).sum(axis=1) < 0, -1, 1)[:, None]
-        flat = steep < LEAST_SLOPE
-        if step == 0:
-            along[flat] = [0.8, -0.6]  # as a right hand strokes
-        along = np.where((flat & (step > 0))[:, None], way, along)
-        way = manner.bend * along + (1 - manner.bend) * way if step else along
-        way /= np.maximum(np.hypot(*way.T), 1e-9)[:, None]
+        way = _ways(slope[row, column].astype(np.float64), way, manner.bend)
         points = points + radius * way
-        alive &= ((points >= 0) & (points <= [width - 1, height - 1])).all(axis=1)
+        alive &= ((points >= 0) & (points <= last)).all(axis=1)
         if not alive.any():
             break
         grown.append(points)
         length[alive] += 1
     paths = np.stack(grown, axis=1)
     return [spline(path[:count]) for path, count in zip(paths, length.tolist(), strict=True)]
+
+
+def _slope(picture: Image) -> Image:
+    """How the brightness of a picture (H, W, 3) changes along x and y: (H, W, 2)."""
+    grey = picture @ np.array([0.3, 0.59, 0.11], np.float32)
+    return np.stack(slopes(np.ascontiguousarray(grey)), axis=2)
+
+
+def _ways(slope: Floats, before: Floats | None, bend: float) -> Floats:
+    """Directions (n, 2) across slopes (n, 2), bent from those before, if any; where it is flat, on as before."""
+    steep = np.hypot(*slope.T)
+    along = np.stack([-slope[:, 1], slope[:, 0]], axis=1) / np.maximum(steep, 1e-9)[:, None]
+    flat = (steep < LEAST_SLOPE)[:, None]
+    if before is None:
+        way = np.where(flat, _RIGHT_HAND, along)
+    else:
+        along *= np.where((along * before).sum(axis=1) < 0, -1, 1)[:, None]
+        way = bend * np.where(flat, before, along) + (1 - bend) * before
+    unit: Floats = way / np.maximum(np.hypot(*way.T), 1e-9)[:, None]
+    return unit
 
 
 def spline(control: Floats) -> Floats:

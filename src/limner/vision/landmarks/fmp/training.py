@@ -89,22 +89,30 @@ def train(
         examples = Examples(saved.model, faces, scenes, settings, watch, share)
         examples.restore(saved.start, saved.placed, saved.groups, saved.alpha)
     else:
-        maps = _maps(scenes[: settings.scenes], settings, watch, share)
-        background = initial.Background.of(maps, settings.patches, rng)
+        background = initial.Background.of(
+            _maps(scenes[: settings.scenes], settings, watch, share), settings.patches, rng
+        )
         curve = learning_curve(faces, settings.stiffness, background, rng)
         examples = Examples(first_model(faces, background, settings), faces, scenes, settings, watch, share)
     while len(rounds) < settings.rounds:
         rounds.append(examples.round(len(rounds)))
         if state:
             checkpoint.save(examples, rounds, curve, state, ticket)
-    scores = examples.face_scores()
-    meta: dict[str, Any] = {
-        "faces": dict(Counter(_source(sample) for sample in samples)),
-        "settings": settings.to_dict(),
-    }
-    meta |= {"rounds": [item.to_dict() for item in rounds], "learning_curve": [item.to_dict() for item in curve]}
+    scores, meta = examples.face_scores(), _meta(samples, settings, rounds, curve)
     model = dataclasses.replace(examples.model, threshold=_threshold(scores, rounds, settings), name="fmp", meta=meta)
     return Trained(model, tuple(rounds), curve, scores, left_out)
+
+
+def _meta(
+    samples: Sequence[Sample], settings: TrainSettings, rounds: Sequence[Round], curve: Sequence[Learned]
+) -> dict[str, Any]:
+    """What is kept with the model of how it was trained."""
+    return {
+        "faces": dict(Counter(_source(sample) for sample in samples)),
+        "settings": settings.to_dict(),
+        "rounds": [item.to_dict() for item in rounds],
+        "learning_curve": [item.to_dict() for item in curve],
+    }
 
 
 def show_all(
