@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,38 @@ import click
 
 from limner import pipeline, storage
 from limner.cli import options
+from limner.cli.gathered import gathered
 from limner.errors import BadInput, CannotDraw
 from limner.pipeline import Settings
 from limner.targets.image import encode_png
 from limner.vision.likeness.candidates import why
+
+
+@dataclass(frozen=True)
+class DrawWish:
+    """What is drawn, and what is written of it.
+
+    Attributes:
+        photo: file, or ``-``.
+        crop: x, y, width, height [px] of the part that is looked at; None: all.
+        number: which face, 1 = the largest, which None is too.
+        out: files for the drawing; none: one called as the photo.
+        picture: file for the picture in colours, or None.
+        refuse_bad: whether nothing is drawn of a bad photo.
+        robot: that draws in the simulation; None: Dumbo.
+        simulation: folder for what a simulated arm draws, or None.
+        as_json: whether the report is printed as JSON.
+    """
+
+    photo: str
+    crop: tuple[int, int, int, int] | None
+    number: int | None
+    out: tuple[str, ...]
+    picture: str | None
+    refuse_bad: bool
+    robot: str | None
+    simulation: str | None
+    as_json: bool
 
 
 @click.command(short_help="Draw the person in a photo as ordered pen strokes.")
@@ -46,53 +75,51 @@ from limner.vision.likeness.candidates import why
 @options.settings_options
 @options.json_option
 @click.pass_context
-def draw(
-    ctx: click.Context,
-    photo: str,
-    crop: tuple[int, int, int, int] | None,
-    number: int | None,
-    out: tuple[str, ...],
-    picture: str | None,
-    refuse_bad: bool,
-    robot: str | None,
-    simulation: str | None,
-    save_settings: Path | None,
-    as_json: bool,
-) -> None:
+@gathered(DrawWish)
+def draw(ctx: click.Context, wish: DrawWish, save_settings: Path | None) -> None:
     """Draw the person in PHOTO as ordered pen strokes.
 
     PHOTO is a JPEG, PNG, WebP or HEIC file, or - for standard input. A bad photo is drawn too, with a note that says
     what would help.
     """
     settings = options.chosen_settings(ctx, Settings, save_settings)
-    if robot and not simulation:
-        raise BadInput("--robot is for --simulate DIR; name the folder that its results go to")
-    if picture is not None:
-        options.check_suffix(picture, ".png")
-        if settings.style not in pipeline.PICTURES:
-            raise BadInput(f"--picture: style '{settings.style}' has none; choose {' or '.join(pipeline.PICTURES)}")
-    outs = out or (default_out(photo),)
-    for path in outs:
-        if path != "-":
-            pipeline.check_format(path)
-    portrait = pipeline.draw(photo, settings, crop=crop, number=number or 1)
-    if refuse_bad and portrait.photo_notes:
-        raise CannotDraw(f"{photo}: {portrait.photo_notes[0]}")
+    outs = wish.out or (default_out(wish.photo),)
+    _check(wish, outs, settings)
+    portrait = pipeline.draw(wish.photo, settings, crop=wish.crop, number=wish.number or 1)
+    if wish.refuse_bad and portrait.photo_notes:
+        raise CannotDraw(f"{wish.photo}: {portrait.photo_notes[0]}")
     for path in outs:
         write(portrait, path)
-    if picture is not None:
-        storage.write_whole(picture, encode_png(portrait.picture()))
-        outs = (*outs, picture)
+    if wish.picture is not None:
+        storage.write_whole(wish.picture, encode_png(portrait.picture()))
+        outs = (*outs, wish.picture)
     for note in (*portrait.photo_notes, *pipeline.without_effect(settings.style, settings)):
         click.echo(f"note: {note}", err=True)
     if portrait.candidates:
         click.echo(why(portrait.candidates), err=True)
-    simulated = arm_draws(portrait, robot or "dumbo", simulation) if simulation else {}
+    simulated = arm_draws(portrait, wish.robot or "dumbo", wish.simulation) if wish.simulation else {}
     report = portrait.report() | simulated | {"out": [path for path in outs if path != "-"]}
-    if as_json:
+    if wish.as_json:
         click.echo(json.dumps(report))
     else:
         click.echo(summary(report), err=True)
+
+
+def _check(wish: DrawWish, outs: tuple[str, ...], settings: Settings) -> None:
+    """Say before any work what cannot be done.
+
+    Raises:
+        BadInput: options that do not go together, or no such format.
+    """
+    if wish.robot and not wish.simulation:
+        raise BadInput("--robot is for --simulate DIR; name the folder that its results go to")
+    if wish.picture is not None:
+        options.check_suffix(wish.picture, ".png")
+        if settings.style not in pipeline.PICTURES:
+            raise BadInput(f"--picture: style '{settings.style}' has none; choose {' or '.join(pipeline.PICTURES)}")
+    for path in outs:
+        if path != "-":
+            pipeline.check_format(path)
 
 
 def arm_draws(portrait: pipeline.Portrait, robot: str, folder: str) -> dict[str, Any]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
 from limner.cli import jobs, machines, options
+from limner.cli.gathered import gathered, refuse
 from limner.cli.jobs import Job
 from limner.cli.keys import interrupts, pause_key
 from limner.cli.progress import Watch, bars
@@ -20,6 +22,42 @@ from limner.targets.journal import Journal, Place, unfinished
 from limner.targets.send import Control
 
 _PLOTTER = {"--machine": "machine", "--fit": "shrink"}
+
+
+@dataclass(frozen=True)
+class SendWish:
+    """What is drawn by which machine, from where on.
+
+    Attributes:
+        drawing: file of the drawing, or of an arm's motion.
+        to: address of the machine.
+        robot: the arm, or None for a plotter.
+        machine: name or file of the plotter's profile; None: that of its board.
+        shrink: whether a drawing that is too large is shrunk to the work area.
+        yes: whether nobody is asked.
+        resume: whether the journal says where it goes on.
+        first: stroke to begin with, from 1, or None.
+        journal_file: None: beside the drawing.
+        baud: of the port.
+        as_json: whether the report is printed as JSON.
+    """
+
+    drawing: str
+    to: str
+    robot: str | None
+    machine: str | None
+    shrink: bool
+    yes: bool
+    resume: bool
+    first: int | None
+    journal_file: str | None
+    baud: int
+    as_json: bool
+
+    @property
+    def journal(self) -> str:
+        """The journal's file."""
+        return self.journal_file or f"{self.drawing}.journal"
 
 
 @click.command(
@@ -56,47 +94,34 @@ _PLOTTER = {"--machine": "machine", "--fit": "shrink"}
 @options.settings_options
 @options.json_option
 @click.pass_context
-def send(
-    ctx: click.Context,
-    drawing: str,
-    to: str,
-    robot: str | None,
-    machine: str | None,
-    shrink: bool,
-    yes: bool,
-    resume: bool,
-    first: int | None,
-    journal_file: str | None,
-    baud: int,
-    save_settings: Path | None,
-    as_json: bool,
-) -> None:
+@gathered(SendWish)
+def send(ctx: click.Context, wish: SendWish, save_settings: Path | None) -> None:
     """See ``help`` above."""
-    settings = options.chosen_settings(ctx, Settings, save_settings)
-    if robot is None:
-        job = jobs.plotter(drawing, to, machine, shrink, baud, settings)
-    else:
-        if unused := [name for name, value in _PLOTTER.items() if ctx.params[value]]:
-            raise BadInput(f"{unused[0]} is for plotters; leave it out with --robot")
-        job = jobs.arm(drawing, to, robot, settings)
+    job = _job(wish, options.chosen_settings(ctx, Settings, save_settings))
     if job.drawing.changes().any() and not sys.stdin.isatty():
-        raise BadInput(f"{drawing}: has several pens, and nobody is there to change them; send it from a terminal")
-    place = jobs.first_place(job, resume, first)
-    file = journal_file or f"{drawing}.journal"
-    left = None if resume else unfinished(file, job.drawing)
-    if not yes:
-        _ask(drawing, to, job, left)
-    journal = Journal(file, job.drawing, resume=resume)
+        raise BadInput(f"{wish.drawing}: has several pens, and nobody is there to change them; send it from a terminal")
+    place = jobs.first_place(job, wish.resume, wish.first)
+    left = None if wish.resume else unfinished(wish.journal, job.drawing)
+    if not wish.yes:
+        _ask(wish.drawing, wish.to, job, left)
+    journal = Journal(wish.journal, job.drawing, resume=wish.resume)
     if place is not None:
         journal.reached(place)
     began = journal.place
     try:
-        ended = _send(job, journal, quiet=as_json)
+        ended = _send(job, journal, quiet=wish.as_json)
     finally:
         journal.close()
-    _tell(job, began, ended, file, as_json)
+    _tell(job, began, ended, wish)
     if ended.stroke < len(job.begins_s):
         ctx.exit(130)
+
+
+def _job(wish: SendWish, settings: Settings) -> Job:
+    if wish.robot is not None:
+        refuse(wish, _PLOTTER, "is for plotters; leave it out with --robot")
+        return jobs.arm(wish.drawing, wish.to, wish.robot, settings)
+    return jobs.plotter(wish.drawing, wish.to, wish.machine, wish.shrink, wish.baud, settings)
 
 
 def _ask(name: str, to: str, job: Job, left: Place | None) -> None:
@@ -161,12 +186,12 @@ class _Shown:
         self._watch("drawing", round(self._done), round(self._total), f"{stroke}, {text}")
 
 
-def _tell(job: Job, began: Place, ended: Place, journal: str, as_json: bool) -> None:
+def _tell(job: Job, began: Place, ended: Place, wish: SendWish) -> None:
     count = len(job.begins_s)
     finished = ended.stroke == count
-    if as_json:
+    if wish.as_json:
         report = {"strokes": count, "began": began.stroke, "drawn": ended.stroke, "finished": finished}
-        click.echo(json.dumps(report | {"journal": None if finished else journal}))
+        click.echo(json.dumps(report | {"journal": None if finished else wish.journal}))
     elif finished:
         click.echo(f"drawn: {many(count, 'stroke')}", err=True)
     else:
