@@ -122,18 +122,28 @@ def test_what_a_tour_gains_is_what_it_is_shorter(drawing, kicks, longest):
     assert [a ^ 1 for a in tour.row[::2]] == tour.row[1::2]
     assert tour.row[:2] == [0, 1]
     assert tour.row[-2:] == [len(ends), len(ends) + 1]
+    assert (tour.over, tour.gap) == hops_of(tour)
+
+
+def hops_of(tour):
+    """Of every end where its hop leads to and how far that is, read off the row; -1 and 0 where it has none."""
+    over, gap = [-1] * len(tour.row), [0.0] * len(tour.row)
+    for a, b in zip(tour.row[1:-1:2], tour.row[2::2], strict=True):
+        over[a], over[b] = b, a
+        gap[a] = gap[b] = abs(tour.where[a] - tour.where[b])
+    return over, gap
 
 
 @given(st.integers(0, 4))
 def test_a_move_taken_back_leaves_no_trace(seed):
     ends = np.random.default_rng(seed).uniform(0, 9, (60, 2))
     tour = Tour(ends, list(range(60)), 99)
-    row, at = list(tour.row), list(tour.at)
+    before = [list(values) for values in (tour.row, tour.at, tour.over, tour.gap)]
     tour.remember = True
     assert tour.settle(tour.row[1:-1]) > 0
-    assert tour.row != row
+    assert tour.row != before[0]
     tour.back()
-    assert (tour.row, tour.at) == (row, at)
+    assert [tour.row, tour.at, tour.over, tour.gap] == before
 
 
 @settings(max_examples=20)

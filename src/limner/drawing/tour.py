@@ -42,16 +42,25 @@ class Tour:
             self.at[end] = place
         ends = np.concatenate([ends, ends[:1], ends[:1]])
         self.where: list[complex] = (ends @ [1, 1j]).tolist()
+        # A hop is asked for far more often than it changes: of each end the one it leads to, and how far that is.
+        self.over, self.gap = [-1] * (n + 2), [0.0] * (n + 2)
+        for place in range(1, n + 1, 2):
+            self._join(self.row[place], self.row[place + 1])
         self.near = _near(ends)
         self.nearest = [near[:_NEAR_AT_SECOND] for near in self.near]
         self.longest = longest
         self.remember = False
-        self.undo: list[tuple[int, list[int]]] = []
+        self.undo: list[tuple[int, list[int], list[tuple[int, int]]]] = []
 
     def length(self) -> float:
         """Of all hops."""
         places = np.array(self.where)[self.row]
         return float(np.abs(places[2::2] - places[1:-1:2]).sum())
+
+    def _join(self, a: int, b: int) -> None:
+        """A hop leads from one end to the other."""
+        self.over[a], self.over[b] = b, a
+        self.gap[a] = self.gap[b] = abs(self.where[a] - self.where[b])
 
     def settle(self, todo: Iterable[int]) -> float:
         """Make moves that begin at the given ends, and at those that the moves touch, until none gains.
@@ -80,33 +89,45 @@ class Tour:
     def make(self, pieces: Pieces) -> list[int]:
         """Put the pieces together; the ends at their seams are returned."""
         row, at = self.row, self.at
-        low = min(first for first, _, _ in pieces)
+        low = min(pieces)[0]
         new: list[int] = []
         seams = [row[low - 1]]
+        hops: list[tuple[int, int]] = []
+        before = row[low - 1]
         for first, last, turned in pieces:
             part = row[first : last + 1]
-            new += part[::-1] if turned else part
             seams += [row[first], row[last]]
+            if turned:
+                part.reverse()
+            hops.append((before, part[0]))
+            before = part[-1]
+            new += part
         high = low + len(new)
         seams.append(row[high])
+        hops.append((before, row[high]))
         if self.remember:
-            self.undo.append((low, row[low:high]))
+            cut = [row[low - 1], *(row[last] for _, last, _ in pieces)]
+            self.undo.append((low, row[low:high], [(end, self.over[end]) for end in cut]))
         row[low:high] = new
+        for a, b in hops:
+            self._join(a, b)
         for place, end in enumerate(new, low):
             at[end] = place
         return seams
 
     def back(self) -> None:
         """Undo every move since ``undo`` was last cleared."""
-        for low, old in reversed(self.undo):
+        for low, old, hops in reversed(self.undo):
             self.row[low : low + len(old)] = old
+            for a, b in hops:
+                self._join(a, b)
             for place, end in enumerate(old, low):
                 self.at[end] = place
         self.undo.clear()
 
     def hop(self, place: int) -> float:
         """Length of the hop from an odd place to the next."""
-        return abs(self.where[self.row[place]] - self.where[self.row[place + 1]])
+        return self.gap[self.row[place]]
 
     def _best(self, end: int) -> tuple[float, Pieces]:
         """The best move that replaces the hop at this end, and what it gains; 0 when none does.
@@ -119,44 +140,43 @@ class Tour:
         if place in (0, last):
             return 0.0, ()
         if place & 1:
-            return self._search(0, 1, place)
+            return self._search(end, 0, 1)
         # Seen from an end where a stroke is entered the row runs backwards.
-        gain, pieces = self._search(last, -1, last - place)
+        gain, pieces = self._search(end, last, -1)
         return gain, tuple((last - high, last - low, turned) for low, high, turned in reversed(pieces))
 
-    def _search(self, base: int, sign: int, p: int) -> tuple[float, Pieces]:
-        """The best move that replaces the hop from place p (odd), the row seen as ``row[base + sign * place]``.
+    def _search(self, a: int, base: int, sign: int) -> tuple[float, Pieces]:
+        """The best move that replaces the hop from a, which is left, the row seen as ``row[base + sign * place]``.
 
-        The hop a-b at p goes for one from a to a near c; then the hop at c has to go, too. Where c is left (odd) the
-        hop c-d follows, the run between turns round, and b-d closes the gap; where c is entered (even) the run is cut
+        The hop a-b goes for one from a to a near c; then the hop at c has to go, too. Where c is left (odd) the hop
+        c-d follows, the run between turns round, and b-d closes the gap; where c is entered (even) the run is cut
         out. In either case a third hop may come in: from d to a near e, in place of e-f, and b-f closes the gap.
         """
-        row, at, where, nearest = self.row, self.at, self.where, self.nearest
-        zb = where[row[base + sign * (p + 1)]]
-        old = abs(where[row[base + sign * p]] - zb)
+        at, where, over, gaps, nearest = self.at, self.where, self.over, self.gap, self.nearest
+        p = base + sign * at[a]
+        zb = where[over[a]]
+        old = gaps[a]
         best = 0.0
         pieces: Pieces = ()
-        for c, gap in self.near[row[base + sign * p]]:
+        for c, gap in self.near[a]:
             saved = old - gap
             if saved <= _ROUNDING:
                 break
             q = base + sign * at[c]
-            step = 1 if q & 1 else -1
-            d = row[base + sign * (q + step)]
-            zd = where[d]
-            saved += abs(where[c] - zd)
-            if step == 1:
-                gain = saved - abs(zb - zd)
+            d = over[c]
+            saved += gaps[c]
+            if q & 1:
+                gain = saved - abs(zb - where[d])
                 if gain > best and abs(q - p) <= self.longest:
                     best, pieces = gain, (((p + 1, q, True) if q > p else (q + 1, p, True)),)
             close = nearest[d]
             if close and saved - close[0][1] > best:
-                best, pieces = self._third((base, sign, p, q), close, saved, (best, pieces))
+                best, pieces = self._third((base, sign, p, q, zb), close, saved, (best, pieces))
         return best, pieces
 
     def _third(
         self,
-        seen: tuple[int, int, int, int],
+        seen: tuple[int, int, int, int, complex],
         close: list[tuple[int, float]],
         saved: float,
         best: tuple[float, Pieces],
@@ -164,27 +184,24 @@ class Tour:
         """The best of ``best`` and the moves with a third hop.
 
         Args:
-            seen: base, sign, p and q of ``_search``.
+            seen: base, sign, p, q and where b is, of ``_search``.
             close: ends near d, and how far.
             saved: by the first two hops, less what the hop from a to c costs.
             best: a gain, and the move that makes it.
         """
-        base, sign, p, q = seen
-        row, at, where = self.row, self.at, self.where
-        zb = where[row[base + sign * (p + 1)]]
+        base, sign, p, q, zb = seen
+        where, over, gaps = self.where, self.over, self.gap
         made = _turned if q & 1 else _cut
         gained, pieces = best
         for e, gap in close:
             still = saved - gap
             if still <= gained:
                 break
-            r = base + sign * at[e]
-            zf = where[row[base + sign * (r + (1 if r & 1 else -1))]]
-            gain = still + abs(where[e] - zf) - abs(zf - zb)
+            gain = still + gaps[e] - abs(where[over[e]] - zb)
             if gain <= gained:
                 continue
-            # Most moves gain nothing: whether one makes a tour is asked of the others only.
-            found = made(p, q, r)
+            # Most moves gain nothing: where e is and whether it makes a tour is asked of the others only.
+            found = made(p, q, base + sign * self.at[e])
             if found and max(found[0][1], found[1][1]) - min(found[0][0], found[1][0]) < self.longest:
                 gained, pieces = gain, found
         return gained, pieces
