@@ -14,7 +14,7 @@ from limner.cli import limner as command
 from limner.cli.evaluate import astronaut
 from limner.evaluate.bench import PICTURE, Bench, to_markdown, to_picture
 from limner.evaluate.peers import Peer, peers
-from limner.evaluate.rates import Overhead, Rate, overhead, rates
+from limner.evaluate.rates import Overhead, Rate, local_cluster, overhead, rates
 from limner.evaluate.speed import LARGE_PX, SMALL_PX, Row, framed
 from limner.evaluate.stages import Stage, stages_of
 from limner.types import Photo
@@ -95,6 +95,18 @@ def test_stages_of_a_photo_and_other_programs(tmp_path):
     assert ours.name == "limner"
     assert ours.points < other.points
     assert 0 <= other.likeness < ours.likeness <= 1
+
+
+@pytest.mark.slow
+def test_a_local_cluster_begins_with_all_its_workers(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    with (
+        local_cluster(2, tmp_path) as address,
+        distributed.Client(address, timeout=60, set_as_default=False) as client,
+    ):
+        assert sorted(client.nthreads().values()) == [1, 1]
+        profiled = client.run(lambda dask_worker: "profile" in dask_worker.periodic_callbacks)
+        assert not any(profiled.values())
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -16,10 +17,13 @@ from typing import Any
 import cv2
 import numpy as np
 
-from limner.errors import CannotDraw
+from limner.errors import CannotDraw, MissingExtra
 from limner.types import Photo
 
 _PATIENCE_S = 60.0
+
+_WITHOUT_PROFILER = {"DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}
+"""What Dask's workers are told at their start: their profiler looks on a hundred times a second."""
 
 
 @dataclass(frozen=True)
@@ -93,10 +97,11 @@ def run_batch(photos: Path, out: Path, *extra: str) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def local_cluster(workers: int, folder: Path) -> Iterator[str]:
-    """The address of a Dask scheduler with so many workers of one thread, all on this machine.
+    """The address of a Dask scheduler with so many workers of one thread, all on this machine and all there.
 
     Raises:
         CannotDraw: it does not come up.
+        MissingExtra: ``distributed`` is not installed.
     """
     file = folder / "scheduler.json"
     here = ["--host", "127.0.0.1", "--no-dashboard"]
@@ -115,7 +120,9 @@ def local_cluster(workers: int, folder: Path) -> Iterator[str]:
         running.enter_context(_ended(scheduler))
         for _ in range(workers):
             running.enter_context(_ended(worker))
-        yield _address(file)
+        address = _address(file)
+        _wait_for(address, workers)
+        yield address
 
 
 def _dask(part: str) -> list[str]:
@@ -124,7 +131,9 @@ def _dask(part: str) -> list[str]:
 
 @contextlib.contextmanager
 def _ended(command: list[str]) -> Iterator[None]:
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        command, env=os.environ | _WITHOUT_PROFILER, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
     try:
         yield
     finally:
@@ -139,6 +148,20 @@ def _address(file: Path) -> str:
             return str(json.loads(file.read_text())["address"])
         time.sleep(0.1)
     raise CannotDraw(f"the local Dask cluster did not start within {_PATIENCE_S:.0f} s")
+
+
+def _wait_for(address: str, workers: int) -> None:
+    """A batch that begins before the last worker has come is not one by all of them."""
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise MissingExtra("a local cluster", "cluster") from error
+    connected: Any = Client  # untyped
+    try:
+        with connected(address, timeout=_PATIENCE_S, set_as_default=False) as client:
+            client.wait_for_workers(workers, timeout=_PATIENCE_S)
+    except (OSError, TimeoutError) as error:
+        raise CannotDraw(f"the local Dask cluster's workers did not start within {_PATIENCE_S:.0f} s") from error
 
 
 def _rate(name: str, photos: Path, out: Path, extra: list[str]) -> Rate:
