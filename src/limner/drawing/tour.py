@@ -38,7 +38,9 @@ class Tour:
         # The end of the row is another place than its start, if only in name.
         self.row = [*row, n, n + 1]
         self.at = [0] * (n + 2)
-        for place, end in enumerate(self.row):
+        # Numbers made once: a move writes down the places of all it touches.
+        self._places = list(range(n + 2))
+        for end, place in zip(self.row, self._places, strict=True):
             self.at[end] = place
         ends = np.concatenate([ends, ends[:1], ends[:1]])
         self.where: list[complex] = (ends @ [1, 1j]).tolist()
@@ -111,7 +113,7 @@ class Tour:
         row[low:high] = new
         for a, b in hops:
             self._join(a, b)
-        for place, end in enumerate(new, low):
+        for end, place in zip(new, self._places[low:high], strict=True):
             at[end] = place
         return seams
 
@@ -121,7 +123,7 @@ class Tour:
             self.row[low : low + len(old)] = old
             for a, b in hops:
                 self._join(a, b)
-            for place, end in enumerate(old, low):
+            for end, place in zip(old, self._places[low : low + len(old)], strict=True):
                 self.at[end] = place
         self.undo.clear()
 
