@@ -17,7 +17,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from limner.errors import CannotDraw, MissingExtra
+from limner.batch.cluster import cluster_engine
+from limner.errors import BadInput, CannotDraw
 from limner.types import Photo
 
 _PATIENCE_S = 60.0
@@ -152,16 +153,13 @@ def _address(file: Path) -> str:
 
 def _wait_for(address: str, workers: int) -> None:
     """A batch that begins before the last worker has come is not one by all of them."""
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise MissingExtra("a local cluster", "cluster") from error
-    connected: Any = Client  # untyped
-    try:
-        with connected(address, timeout=_PATIENCE_S, set_as_default=False) as client:
-            client.wait_for_workers(workers, timeout=_PATIENCE_S)
-    except (OSError, TimeoutError) as error:
-        raise CannotDraw(f"the local Dask cluster's workers did not start within {_PATIENCE_S:.0f} s") from error
+    end = time.monotonic() + _PATIENCE_S
+    while time.monotonic() < end:
+        with contextlib.suppress(BadInput), cluster_engine(address) as engine:
+            if engine.width >= workers:
+                return
+        time.sleep(0.1)
+    raise CannotDraw(f"the local Dask cluster's workers did not start within {_PATIENCE_S:.0f} s")
 
 
 def _rate(name: str, photos: Path, out: Path, extra: list[str]) -> Rate:
