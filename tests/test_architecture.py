@@ -33,7 +33,7 @@ ALLOWED = {
     "pipeline": BASE | {"vision", "drawing", "motion", "targets", "simulation"},
     "ros": BASE | {"vision", "motion", "pipeline", "targets"},
     "batch": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
-    "evaluate": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets", "batch"},
+    "evaluate": BASE | {"vision", "drawing", "motion", "simulation", "pipeline", "targets"},
     "studio": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},
     "cli": BASE | {"vision", "motion", "simulation", "pipeline", "targets", "batch", "evaluate", "ros", "studio"},
     "__init__": BASE | {"vision", "drawing", "motion", "pipeline", "targets"},

@@ -17,8 +17,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from limner.batch.cluster import cluster_engine
-from limner.errors import BadInput, CannotDraw
+from limner.errors import CannotDraw
 from limner.types import Photo
 
 _PATIENCE_S = 60.0
@@ -102,7 +101,6 @@ def local_cluster(workers: int, folder: Path) -> Iterator[str]:
 
     Raises:
         CannotDraw: it does not come up.
-        MissingExtra: ``distributed`` is not installed.
     """
     file = folder / "scheduler.json"
     here = ["--host", "127.0.0.1", "--no-dashboard"]
@@ -151,15 +149,21 @@ def _address(file: Path) -> str:
     raise CannotDraw(f"the local Dask cluster did not start within {_PATIENCE_S:.0f} s")
 
 
+# A batch that begins before the last worker has come is not one by all of them. In a process of its own, since it needs
+# what only the cluster needs.
+_WAIT = """
+import sys
+from distributed import Client
+seconds = float(sys.argv[3])
+Client(sys.argv[1], timeout=seconds).wait_for_workers(int(sys.argv[2]), timeout=seconds)
+"""
+
+
 def _wait_for(address: str, workers: int) -> None:
-    """A batch that begins before the last worker has come is not one by all of them."""
-    end = time.monotonic() + _PATIENCE_S
-    while time.monotonic() < end:
-        with contextlib.suppress(BadInput), cluster_engine(address) as engine:
-            if engine.width >= workers:
-                return
-        time.sleep(0.1)
-    raise CannotDraw(f"the local Dask cluster's workers did not start within {_PATIENCE_S:.0f} s")
+    arguments = [address, str(workers), str(_PATIENCE_S)]
+    done = subprocess.run([sys.executable, "-c", _WAIT, *arguments], capture_output=True, check=False)
+    if done.returncode:
+        raise CannotDraw(f"the local Dask cluster's workers did not start within {_PATIENCE_S:.0f} s")
 
 
 def _rate(name: str, photos: Path, out: Path, extra: list[str]) -> Rate:
