@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import json
 import os
 import signal
@@ -13,6 +14,7 @@ import sys
 import tempfile
 import threading
 import time
+from pathlib import Path
 
 import httpx
 import numpy as np
@@ -23,8 +25,11 @@ from websockets.sync.client import connect
 
 from limner.cli.evaluate import astronaut
 
-PATIENCE_S = 60.0
+PATIENCE_S = 240.0
 """A busy machine is no failure."""
+
+_PORTS = itertools.count(12_000 + os.getpid() * 101 % 18_000)
+"""Of this process alone: a port that is let go of for a moment is not taken by the server of another test."""
 
 
 class Server:
@@ -33,12 +38,15 @@ class Server:
     Attributes:
         url: with the token.
         base: without.
+        state: the folder of what outlasts it.
     """
 
-    def __init__(self, *arguments, cwd=None, state=None):
+    def __init__(self, *arguments, cwd=None, state=None, own_port=True):
         self._passing = tempfile.TemporaryDirectory() if state is None else None
-        environment = os.environ | {"XDG_STATE_HOME": str(state or self._passing.name)}
-        command = [sys.executable, "-m", "limner", "studio", "--no-browser", "--json", *map(str, arguments)]
+        self.state = Path(state or self._passing.name)
+        environment = os.environ | {"XDG_STATE_HOME": str(self.state)}
+        port = ("--port", free_port()) if own_port and "--port" not in arguments else ()
+        command = [sys.executable, "-m", "limner", "studio", "--no-browser", "--json", *map(str, (*arguments, *port))]
         self._process = subprocess.Popen(
             command,
             stdout=subprocess.PIPE,
@@ -61,6 +69,14 @@ class Server:
     def pid(self):
         return self._process.pid
 
+    @property
+    def port(self):
+        return self.base.rpartition(":")[2]
+
+    def hurry(self, to):
+        """What is left of a job is drawn at another pace: of one that is slow any part can be waited for."""
+        hurry(self.state, to)
+
     def kill(self):
         """As a power cut does."""
         self._process.send_signal(signal.SIGKILL)
@@ -74,7 +90,7 @@ class Server:
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
         try:
-            _, err = self._process.communicate(timeout=20)
+            _, err = self._process.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
             os.killpg(self._process.pid, signal.SIGKILL)
             _, err = self._process.communicate()
@@ -85,9 +101,22 @@ class Server:
         return self._process.returncode, err
 
 
+def free_port():
+    """One that nobody listens on."""
+    while True:
+        with contextlib.suppress(OSError), socket.create_server(("127.0.0.1", next(_PORTS))) as listening:
+            return listening.getsockname()[1]
+
+
+def hurry(state, to):
+    """As ``Server.hurry``, in the folder of what outlasts a server."""
+    (order,) = Path(state).rglob("order.json")
+    order.write_text(json.dumps(json.loads(order.read_text()) | {"to": to}))
+
+
 @contextlib.contextmanager
-def serving(*arguments, cwd=None, state=None):
-    server = Server(*arguments, cwd=cwd, state=state)
+def serving(*arguments, cwd=None, state=None, own_port=True):
+    server = Server(*arguments, cwd=cwd, state=state, own_port=own_port)
     try:
         yield server
     finally:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
+import functools
 import time
 
 import pytest
 
 import studios
+from limner.errors import CannotDraw
+from limner.studio.orders import Status, WrongState
+from limner.studio.queue import Goal, Queue
+from limner.studio.visitors import HeldDrawing, Visitor
 
 FEW = {"style": "splines", "page.size": "a6"}
 
@@ -107,7 +113,7 @@ def test_released_the_queue_draws_itself(guest, operator):
 
 
 def test_the_operator_pauses_skips_and_removes(guest, operator):
-    command(operator, "target", to="sim:5")
+    command(operator, "target", to="sim:1")
     first, second, third = (queued(guest, name) for name in ("Ada", "Ben", "Cy"))
     command(operator, "next")
     until(operator, lambda told: told["job"]["state"] == "running")
@@ -169,3 +175,95 @@ def test_a_studio_that_is_no_booth_has_no_queue():
         assert client.get("/api/queue").status_code == 404
         assert client.get("/api/operator/queue").status_code == 401
         assert client.get("/operator").status_code == 401
+
+
+class Machine:
+    """Stands in for the jobs of a server: says what a test lets it say."""
+
+    def __init__(self):
+        self.status, self.may, self.drawn = Status(), ("start",), []
+
+    def check(self, command):
+        pass
+
+    def start(self, order, data, held, owner):
+        self.drawn.append(held)
+        self.status = Status("running")
+
+
+class Preparing:
+    """Takes as long as a test lets it take to prepare a drawing, and cannot draw one that is called impossible."""
+
+    def __init__(self):
+        self.on = asyncio.Event()
+
+    async def __call__(self, held, order):
+        await self.on.wait()
+        if held.name == "impossible":
+            raise CannotDraw("out of reach")
+        return b""
+
+
+def line_of(*names):
+    """A queue with a drawing of each name, its machine, and what prepares."""
+    machine, preparing = Machine(), Preparing()
+    line = Queue(machine, preparing, lambda: None)
+    line.goal = Goal("grbl:")
+    for name in names:
+        line.add(Visitor(), HeldDrawing(name, "", b"", {"settings": {}}), name)
+    return line, machine, preparing
+
+
+def in_a_loop(test):
+    """A test that waits for nothing but what it does itself."""
+
+    @functools.wraps(test)
+    def run(**given):
+        asyncio.run(test(**given))
+
+    return run
+
+
+async def let_run():
+    """Everything that can go on without waiting does."""
+    for _ in range(20):
+        await asyncio.sleep(0)
+
+
+@in_a_loop
+async def test_what_is_skipped_while_it_is_prepared_is_not_drawn():
+    line, machine, preparing = line_of("a", "b")
+    beginning = asyncio.ensure_future(line.next())
+    await let_run()
+    line.skip()
+    preparing.on.set()
+    with pytest.raises(WrongState):
+        await beginning
+    assert machine.drawn == []
+    assert [entry.state for entry in line.entries] == ["skipped", "waiting"]
+
+
+@pytest.mark.parametrize("before", ["done", "idle"])
+@in_a_loop
+async def test_what_is_prepared_is_not_done_because_the_one_before_is(before):
+    line, machine, preparing = line_of("a")
+    beginning = asyncio.ensure_future(line.next())
+    await let_run()
+    machine.status = Status(before)
+    line.job_changed()
+    assert line.entries[0].state == "drawing"
+    preparing.on.set()
+    await beginning
+    machine.status = Status("done")
+    line.job_changed()
+    assert line.entries[0].state == "done"
+
+
+@in_a_loop
+async def test_a_released_queue_passes_over_what_cannot_be_drawn():
+    line, machine, preparing = line_of("impossible", "impossible", "a", "b")
+    preparing.on.set()
+    line.hold(False)
+    await let_run()
+    assert [held.name for held in machine.drawn] == ["a"]
+    assert [entry.state for entry in line.entries] == ["skipped", "skipped", "drawing", "waiting"]

@@ -68,7 +68,7 @@ def house(tmp_path_factory):
 
 @pytest.fixture
 def client(house):
-    with httpx.Client(base_url=house.base, follow_redirects=True) as client:
+    with httpx.Client(base_url=house.base, follow_redirects=True, timeout=studios.PATIENCE_S) as client:
         yield client
 
 
@@ -153,7 +153,10 @@ def test_its_own_names_are_known(inside, host):
 
 
 def test_listening_to_all_it_is_called_by_addresses_but_by_no_strange_name(tmp_path):
-    with studios.thread_serving(House("0.0.0.0", tmp_path).build) as base, httpx.Client(base_url=base) as client:
+    with (
+        studios.thread_serving(House("0.0.0.0", tmp_path).build) as base,
+        httpx.Client(base_url=base, timeout=studios.PATIENCE_S) as client,
+    ):
         assert client.get("/", headers={"host": "192.168.0.7:8765"}).status_code == 401
         assert client.get("/", headers={"host": "evil.example:8765"}).status_code == 400
 
@@ -170,7 +173,7 @@ def test_nothing_is_done_for_another_page(inside, house, method):
 
 def handshake(house, client, *, origin=None, host=None, cookie=True):
     """The status that a WebSocket is answered with."""
-    ask = http.client.HTTPConnection("127.0.0.1", house.port, timeout=30)
+    ask = http.client.HTTPConnection("127.0.0.1", house.port, timeout=studios.PATIENCE_S)
     headers = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13"}
     headers |= {"Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==", "Host": host or f"127.0.0.1:{house.port}"}
     headers |= {"Origin": origin} if origin else {}
@@ -204,7 +207,7 @@ def test_a_socket_without_a_cookie_does_not_open(client):
 
 
 def test_every_answer_tells_the_browser_to_keep_others_out(house, inside):
-    stranger = httpx.get(house.base)
+    stranger = httpx.get(house.base, timeout=studios.PATIENCE_S)
     for answer in (inside.get("/api/photo/mine.jpg"), stranger, inside.get("/", headers={"host": "x"})):
         assert answer.headers["content-security-policy"] == CSP
         assert answer.headers["x-content-type-options"] == "nosniff"
@@ -227,7 +230,7 @@ def test_the_operators_cookie_opens_his_page(client):
 
 
 def test_two_visitors_do_not_see_each_others_photos(house, inside):
-    with httpx.Client(base_url=house.base, follow_redirects=True) as other:
+    with httpx.Client(base_url=house.base, follow_redirects=True, timeout=studios.PATIENCE_S) as other:
         other.get("/?token=guest-token")
         assert other.get("/api/photo/mine.jpg").status_code == 404
         assert other.delete("/api/photo/mine").status_code == 404

@@ -53,11 +53,12 @@ def test_nothing_that_fits_the_description_breaks_the_server(server, tmp_path):
         ran = subprocess.run(
             [
                 *(tool, "run", f"{server.base}/api/openapi.json", "-H", f"Cookie: {cookie}", "--max-examples", "6"),
+                *("--request-timeout", str(studios.PATIENCE_S)),
                 *("--phases", "coverage,fuzzing", "--seed", "1", "--exclude-checks", ",".join(NOT_ASKED)),
             ],
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=900,
             cwd=tmp_path,
         )
         assert ran.returncode == 0, ran.stdout[-4000:] + ran.stderr[-1000:]

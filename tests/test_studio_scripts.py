@@ -17,7 +17,7 @@ SCRIPTS = sorted((PAGE / "js").rglob("*.js"))
 def test_the_scripts_pass_their_own_tests():
     node = shutil.which("node") or pytest.skip("needs node: apt-get install nodejs")
     tests = sorted(str(path) for path in (ROOT / "tests" / "js").glob("*.test.js"))
-    done = subprocess.run([node, "--test", *tests], capture_output=True, text=True, timeout=300)
+    done = subprocess.run([node, "--test", *tests], capture_output=True, text=True, timeout=900)
     assert done.returncode == 0, done.stdout[-4000:]
 
 

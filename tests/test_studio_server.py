@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
 import json
 import os
@@ -17,8 +18,12 @@ import httpx
 import numpy as np
 import pytest
 from PIL import Image
+from starlette.websockets import WebSocketDisconnect
 
 import studios
+from limner.studio.hub import Hub
+from limner.studio.talk import talk
+from limner.studio.visitors import Visitor
 from limner.types import REGIONS
 
 
@@ -116,6 +121,8 @@ def test_candidates_come_one_by_one_and_stop_for_something_newer(guest):
             message, frame = talk.hear(lambda said: said["type"] == "candidate")
             assert message["rev"] == 2
             assert message["place"] == len(seen)
+            # It is the same whichever is chosen now.
+            assert message["settings"].keys() == {"style", "refine"}
             assert len(unpacked(frame)[1]) == message["report"]["strokes"]
             seen.append(message["name"])
     assert len(set(seen)) == 5 < first["of"]
@@ -296,20 +303,31 @@ def test_the_menu_holds_every_setting_but_files(client):
 def computing(server):
     """Process ids of the server's children that compute."""
     tasks = Path(f"/proc/{server.pid}/task").glob("*/children")
-    children = {child for path in tasks for child in path.read_text().split()}
-    return [int(pid) for pid in children if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    children = {int(child) for path in tasks for child in read(path).split()}
+    return {pid for pid in children if b"spawn_main" in read(Path(f"/proc/{pid}/cmdline"))}
+
+
+def read(path):
+    """A file of a process; nothing when it has just ended."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""
 
 
 def test_a_killed_computing_process_is_replaced(guest, server):
     client, photo = guest
-    (before,) = computing(server)
-    os.kill(before, signal.SIGKILL)
+    # For what is slow there may be a second one.
+    before = computing(server)
+    assert before
+    for pid in before:
+        os.kill(pid, signal.SIGKILL)
     with studios.live(client) as talk:
         talk.wish(rev=1, photo=photo["photo"], settings={"style": "canny"})
         final, _ = talk.hear(lambda said: said.get("final"))
     assert final["report"]["strokes"] > 5
     (after,) = computing(server)
-    assert after != before
+    assert after not in before
 
 
 def test_it_ends_cleanly_and_so_does_its_computing(tmp_path):
@@ -321,7 +339,7 @@ def test_it_ends_cleanly_and_so_does_its_computing(tmp_path):
     assert code == 0
     assert "Traceback" not in err
     assert list(tmp_path.iterdir()) == []
-    ends = time.monotonic() + 10
+    ends = time.monotonic() + studios.PATIENCE_S
     while any(os.path.exists(f"/proc/{pid}") for pid in children) and time.monotonic() < ends:
         time.sleep(0.05)
     assert not any(os.path.exists(f"/proc/{pid}") for pid in children)
@@ -329,7 +347,7 @@ def test_it_ends_cleanly_and_so_does_its_computing(tmp_path):
 
 def run(*arguments):
     command = [sys.executable, "-m", "limner", "studio", "--no-browser", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60)
+    return subprocess.run(command, capture_output=True, text=True, timeout=studios.PATIENCE_S)
 
 
 def test_a_port_in_use_is_one_clear_line():
@@ -367,8 +385,52 @@ def test_without_the_extra_it_says_how_to_get_it(tmp_path):
         capture_output=True,
         text=True,
         env=os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])},
-        timeout=60,
+        timeout=studios.PATIENCE_S,
     )
     assert ran.returncode == 2
     assert "limner[studio]" in ran.stderr
     assert json.dumps("Traceback") not in ran.stderr
+
+
+class SlowSocket:
+    """A page that takes what it is sent slowly, and wishes for something else meanwhile."""
+
+    def __init__(self, wishes):
+        self.scope = {"visitor": Visitor()}
+        self.wishes, self.heard = list(wishes), []
+
+    async def accept(self):
+        pass
+
+    async def receive_text(self):
+        for _ in range(3 * len(self.wishes) % 40):
+            await asyncio.sleep(0)
+        if not self.wishes:
+            raise WebSocketDisconnect
+        return json.dumps(self.wishes.pop(0))
+
+    async def send_text(self, text):
+        for _ in range(5):
+            await asyncio.sleep(0)
+        self.heard.append(json.loads(text)["rev"])
+
+    async def send_bytes(self, data):
+        for _ in range(5):
+            await asyncio.sleep(0)
+        self.heard.append(data)
+
+
+class QuickStudio:
+    """Has drawn everything before it is asked."""
+
+    hub = Hub()
+
+    async def compute(self, visitor, task, wish, urgency, **more):
+        return {"report": {}, "frame": wish["rev"]}
+
+
+def test_no_message_is_sent_without_its_frame_although_a_newer_wish_calls_it_off():
+    page = SlowSocket({"rev": rev, "photo": f"photo {rev}"} for rev in range(1, 60))
+    asyncio.run(talk(page, studio=QuickStudio()))
+    assert len(page.heard) > 20
+    assert page.heard[::2][: len(page.heard) // 2] == page.heard[1::2]

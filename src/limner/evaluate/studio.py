@@ -187,7 +187,11 @@ class _Studio:
         base = f"{self._host}:{self._port}"
         headers = {"Cookie": self._cookie}
         with connect(
-            f"ws://{base}/ws", origin=Origin(f"http://{base}"), additional_headers=headers, proxy=None
+            f"ws://{base}/ws",
+            origin=Origin(f"http://{base}"),
+            additional_headers=headers,
+            proxy=None,
+            open_timeout=PATIENCE_S,
         ) as socket:
             yield socket
 
@@ -196,10 +200,18 @@ class _Studio:
         tasks = Path(f"/proc/{self._process.pid}/task")
         if not tasks.is_dir():
             return 0.0
-        children = {child for path in tasks.glob("*/children") for child in path.read_text().split()}
+        children = {child for path in tasks.glob("*/children") for child in _told(path).split()}
         return sum(_resident_mb(pid) for pid in [str(self._process.pid), *children])
 
 
 def _resident_mb(pid: str) -> float:
-    found = re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())
+    found = re.search(r"VmRSS:\s+(\d+) kB", _told(Path(f"/proc/{pid}/status")))
     return int(found[1]) / 1024 if found else 0.0
+
+
+def _told(path: Path) -> str:
+    """What the system tells of a process or thread; nothing when it has just ended."""
+    try:
+        return path.read_text()
+    except OSError:
+        return ""

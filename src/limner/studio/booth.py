@@ -16,8 +16,9 @@ from limner.studio.queue import Goal, Queue
 from limner.studio.studio import Studio, drawing_of
 from limner.studio.visitors import DRAWINGS, PHOTOS, Recent, Visitor
 
-COUNTDOWN_S, RESET_S, CANDIDATES = 3, 60, 3
-"""How the page of a booth behaves: seconds before the photo, of idleness before the next guest; drawings to choose."""
+COUNTDOWN_S, RESET_S, TICKET_S, CANDIDATES = 3, 60, 20, 3
+"""How the page of a booth behaves: seconds before the photo, of idleness before the next guest, of that once this one
+has his place in the queue; drawings to choose."""
 
 
 def queue_of(studio: Studio) -> Queue:
@@ -35,7 +36,9 @@ def queue_of(studio: Studio) -> Queue:
 async def about(studio: Studio, visitor: Visitor, request: Request) -> Response:
     """How the page of the booth behaves."""
     queue_of(studio)
-    return JSONResponse({"countdown_s": COUNTDOWN_S, "reset_s": RESET_S, "candidates": CANDIDATES})
+    return JSONResponse(
+        {"countdown_s": COUNTDOWN_S, "reset_s": RESET_S, "ticket_s": TICKET_S, "candidates": CANDIDATES}
+    )
 
 
 @describe(status=204)

@@ -174,7 +174,7 @@ class Desk:
 
     def variants(self, wish: dict[str, Any], kind: str) -> list[dict[str, Any]]:
         """What stands side by side, each with the settings that make it."""
-        return menu.variants(kind, wish)
+        return menu.variants(kind, wish, self._base)
 
     def keep(self, wish: dict[str, Any]) -> dict[str, Any]:
         """Draw; the report, the settings, and the drawing itself."""

@@ -257,6 +257,7 @@ class Jobs:
             self._loop.call_later(TICK_S, self._tick)
 
     def _ended(self, stroke: int) -> None:
+        self._thread = None  # this was the last that it does, though it may still be there for a moment
         self._place(stroke)
         if stroke >= self.status.strokes:
             self._shelf.clear()
@@ -265,6 +266,7 @@ class Jobs:
             self._change("cancelled", said="stopped with the pen up")
 
     def _failed(self, text: str) -> None:
+        self._thread = None
         self._change("error", error=text.replace("--resume", "going on"), said="")
 
     def _take_up(self) -> None:

@@ -166,21 +166,28 @@ def _kind(path: str) -> str:
 _KINDS = {bool: "bool", float: "float", int: "int", str: "text"}
 
 
-def variants(kind: str, wish: dict[str, Any]) -> list[dict[str, Any]]:
-    """What stands side by side: of ``candidates`` the styles and other landmarks, of ``refinements`` each of them."""
+def variants(kind: str, wish: dict[str, Any], base: Settings) -> list[dict[str, Any]]:
+    """What stands side by side: of ``candidates`` the styles and other landmarks, of ``refinements`` each of them.
+
+    A candidate is the same whichever of them is chosen now: what makes one of them, all of them say.
+    """
     # Landmarks that were placed by hand are drawn as they are.
     by_hand = wish.get("points_px") is not None
     if kind == "refinements":
         names = () if by_hand else (NONE, *REFINEMENTS)
         return [{"name": name, "label": name, "settings": {"refine": name}} for name in names]
-    found = [_style(name) for name in styles() if name not in SLOW]
+    found = [_style(name, base) for name in styles() if name not in SLOW]
     if not by_hand:
         found += [
-            {"name": "landmarks-as-found", "label": "Landmarks as found", "settings": {"refine": NONE}},
-            {"name": "landmarks-average", "label": "Landmarks nearer the average", "settings": {"refine": "shape"}},
+            _candidate("landmarks-as-found", "Landmarks as found", base.style, NONE),
+            _candidate("landmarks-average", "Landmarks nearer the average", base.style, "shape"),
         ]
-    return found + [_style(name) | {"slow": True} for name in styles() if name in SLOW]
+    return found + [_style(name, base) | {"slow": True} for name in styles() if name in SLOW]
 
 
-def _style(name: str) -> dict[str, Any]:
-    return {"name": name, "label": _labels(name)["label"], "settings": {"style": name}}
+def _style(name: str, base: Settings) -> dict[str, Any]:
+    return _candidate(name, _labels(name)["label"], name, base.refine)
+
+
+def _candidate(name: str, label: str, style: str, refine: str) -> dict[str, Any]:
+    return {"name": name, "label": label, "settings": {"style": style, "refine": refine}}

@@ -73,6 +73,7 @@ class Queue:
         self.held, self.goal = True, Goal()
         self._jobs, self._prepared, self._tell = jobs, prepared, tell
         self._beginning: asyncio.Task[None] | None = None
+        self._preparing: Entry | None = None
 
     def fields(self, visitor: Visitor) -> list[dict[str, Any]]:
         """What a visitor sees of it."""
@@ -159,15 +160,28 @@ class Queue:
         order = Order(self.goal.to, machine, self.goal.robot, settings)
         entry.state = DRAWING
         try:
-            self._jobs.start(order, await self._prepared(entry.held, order), entry.held, entry.owner)
-        except WrongState:
-            entry.state = WAITING
+            data = await self._in_time(entry, order)
+            self._jobs.start(order, data, entry.held, entry.owner)
+        except LimnerError:
+            # Of what cannot be prepared, or was skipped meanwhile, the state says so.
+            entry.state = WAITING if entry.state == DRAWING else entry.state
             raise
+        finally:
+            self._tell()
+
+    async def _in_time(self, entry: Entry, order: Order) -> bytes:
+        """What is sent of an entry; an arm's motion takes seconds, in which its operator may think better of it."""
+        self._preparing = entry
+        try:
+            data = await self._prepared(entry.held, order)
         except LimnerError:
             entry.state = SKIPPED
             raise
         finally:
-            self._tell()
+            self._preparing = None
+        if entry.state != DRAWING:
+            raise WrongState("queue: it was skipped before it began")
+        return data
 
     def hold(self, held: bool) -> None:
         """Whether the operator says when the next begins."""
@@ -192,7 +206,8 @@ class Queue:
     def job_changed(self) -> None:
         """The job is in another state: perhaps it is done, and another may begin."""
         entry = self._drawing()
-        if entry is not None and self._jobs.status.state in ("done", "idle"):
+        # While one is prepared the machine still tells of the one before.
+        if entry is not None and entry is not self._preparing and self._jobs.status.state in ("done", "idle"):
             entry.state = DONE if self._jobs.status.state == "done" else SKIPPED
             self._tell()
         self._go_on()
@@ -208,7 +223,8 @@ class Queue:
         self._beginning = asyncio.get_running_loop().create_task(self._by_itself())
 
     async def _by_itself(self) -> None:
-        # The thread of the job before may still be closing its journal.
-        await asyncio.sleep(0.1)
+        """Begin the first that can be drawn; the others are skipped."""
         with contextlib.suppress(LimnerError):
-            await self.next()
+            while not self.held and not self._drawing():
+                with contextlib.suppress(CannotDraw):
+                    await self.next()

@@ -45,6 +45,10 @@ class _Voice:
         self._socket, self._turn = socket, asyncio.Lock()
 
     async def __call__(self, message: dict[str, Any], frame: bytes | None) -> None:
+        # A newer wish calls off what is being said; a message without its frame would be told of the next one's.
+        await asyncio.shield(self._both(message, frame))
+
+    async def _both(self, message: dict[str, Any], frame: bytes | None) -> None:
         async with self._turn:
             await self._socket.send_text(json.dumps(message))
             if frame is not None:

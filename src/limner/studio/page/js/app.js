@@ -44,6 +44,7 @@ export class App {
     this.wanted = [];
     /** @type {{photo: string, blob: Blob} | null} a photo's file, for a server that is started again */
     this.file = null;
+    this.uploads = 0;
     this.connection = new Connection("ws", {
       message: (message, frame) => this._received(message, frame),
       state: (online) => (online ? this._online() : this._offline()),
@@ -65,7 +66,8 @@ export class App {
   async _offline() {
     this.set({ online: false });
     const refused = await ask("api/job").then(() => 0, (error) => error.status);
-    this.set({ stranger: refused === 401 });
+    // An answer that is late says nothing of a server that is back.
+    if (!this.state.online) this.set({ stranger: refused === 401 });
   }
 
   /** @param {Record<string, any>} patch */
@@ -85,7 +87,8 @@ export class App {
   /** Called when a screen is shown: asks for what it needs and does not have. @param {string} screen */
   entered(screen) {
     this.set({ screen });
-    const missing = { choose: !this.state.candidates.length, face: !this.state.refinements.length, watch: !this.state.plan, send: !this.state.plan }[screen];
+    const { candidates, refinements, plan } = this.state;
+    const missing = { choose: !complete(candidates), face: !complete(refinements), watch: !plan, send: !plan }[screen];
     if (missing || !this.state.preview?.final) this.wish();
   }
 
@@ -107,13 +110,16 @@ export class App {
     this.remember();
     this.set({ loading: true, trouble: null });
     this.go("photo");
+    const mine = (this.uploads += 1);
     try {
       const found = await sendPhoto(blob);
+      // Of two photos given one after the other the last counts, whichever is looked at sooner.
+      if (mine !== this.uploads) return;
       const photo = this._hold(found, blob);
       this.set({ ...EMPTY, face: 0, points: null, placing: false, trouble: found.error ? { text: found.error } : null, loading: false });
       if (photo.faces.length === 1) this.pickFace(0);
     } catch (error) {
-      this.set({ loading: false, photo: null, trouble: { text: error instanceof Refused ? error.message : String(error) } });
+      if (mine === this.uploads) this.set({ loading: false, photo: null, trouble: { text: error instanceof Refused ? error.message : String(error) } });
     }
   }
 
@@ -156,14 +162,12 @@ export class App {
     this.wish();
   }
 
-  /** Takes a candidate as the drawing; the others stay where they lie. @param {any} candidate */
+  /** Takes a candidate as the drawing; the others stay where they lie, and those that are not there yet still come. @param {any} candidate */
   choose({ settings }) {
     const { candidates } = this.state;
-    const screen = this.state.screen;
-    const chosen = { ...this.state.settings, style: this.usual("style"), refine: this.usual("refine"), ...settings };
-    this.set({ settings: chosen, screen: "adjust", plan: null });
-    this.wish();
-    this.set({ candidates, screen });
+    this.set({ settings: { ...this.state.settings, ...settings }, plan: null });
+    this.wish(complete(candidates) ? ["preview"] : WANTS.choose);
+    this.set({ candidates });
   }
 
   /** Some settings changed; undefined takes one back. @param {Record<string, any>} changes */
@@ -232,7 +236,8 @@ export class App {
   _variant(message, drawn) {
     const key = message.type === "candidate" ? "candidates" : "refinements";
     const list = this.state[key].slice();
-    list[message.place] = { ...message, ...drawn };
+    // One that lies there already is the same.
+    if (list[message.place]?.name !== message.name) list[message.place] = { ...message, ...drawn };
     list.length = message.of;
     this.set({ [key]: list, ...(message.place === message.of - 1 && { drawing: false }) });
   }
@@ -298,6 +303,11 @@ export class App {
       return null;
     }
   }
+}
+
+/** Whether all of them are there: they come one by one. @param {any[]} variants */
+function complete(variants) {
+  return variants.length > 0 && !Array.from(variants).includes(undefined);
 }
 
 /** @param {any} message @param {import("./frames.js").Frame} frame @returns {Drawn} */

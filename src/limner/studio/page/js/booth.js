@@ -9,10 +9,9 @@ import { Sheet } from "./sheet.js";
 import { Connection } from "./socket.js";
 import { specimen } from "./specimen.js";
 
-/** @typedef {{countdown_s: number, reset_s: number, candidates: number}} Rules */
+/** @typedef {{countdown_s: number, reset_s: number, ticket_s: number, candidates: number}} Rules */
 /** @typedef {{photo: string, candidates: any[], rev: number, entry: string}} Guest */
 
-const TICKET_S = 20;
 const main = /** @type {HTMLElement} */ (document.getElementById("main"));
 
 /** The booth: one scene at a time; whoever goes away is forgotten. */
@@ -21,6 +20,8 @@ class Booth {
   constructor(rules) {
     this.rules = rules;
     this.forget();
+    /** @type {any[]} the queue as it was told last */
+    this.line = [];
     /** @type {() => void} */
     this.leaveScene = () => {};
     this.connection = new Connection("ws", { message: (message, frame) => this.heard(message, frame), state: () => {} });
@@ -46,7 +47,7 @@ class Booth {
   stillHere() {
     clearTimeout(this.idle);
     if (this.scene === "begin") return;
-    const seconds = this.scene === "ticket" ? TICKET_S : this.rules.reset_s;
+    const seconds = this.scene === "ticket" ? this.rules.ticket_s : this.rules.reset_s;
     this.idle = setTimeout(() => this.leave(), 1000 * seconds);
   }
 
@@ -108,7 +109,7 @@ class Booth {
 
   /** @param {any} message @param {import("./frames.js").Frame | null} frame */
   heard(message, frame) {
-    if (message.type === "queue") return this.queued(message.queue);
+    if (message.type === "queue") return this.queued((this.line = message.queue));
     if (this.scene !== "choose" || message.rev !== this.guest.rev) return undefined;
     if (message.type === "error") return this.again(message.error);
     if (message.type === "candidate" && frame?.lines) this.offer(message, frame.lines);
@@ -146,6 +147,8 @@ class Booth {
     this.wait = h("p", { class: "lead", role: "status" });
     this.show("ticket", h("div", { class: "scene" }, h("h1", {}, "You are in the queue"), this.number, this.wait, h("button", { type: "button", class: "primary", onclick: () => this.leave() }, "Done")));
     this.queued([entry]);
+    // What became of it may have been told before the answer came that it waits.
+    this.queued(this.line);
   }
 
   /** What has become of the guest's drawing. @param {any[]} queue */

@@ -80,8 +80,6 @@ function router(app) {
 async function start() {
   themeButton(/** @type {HTMLButtonElement} */ (document.getElementById("theme")));
   const app = await connect();
-  // For whoever looks from the browser's console, and for the tests.
-  Object.assign(globalThis, { limnerApp: app });
   steps(app);
   takeDrops(app);
   jobPill(app);
@@ -91,6 +89,8 @@ async function start() {
   remember(app);
   app.recollect();
   router(app);
+  // For whoever looks from the browser's console, and for the tests.
+  Object.assign(globalThis, { limnerApp: app });
 }
 
 start().catch((error) => {

@@ -65,6 +65,8 @@ export function armView(app) {
   /** @type {any} */
   let robot = null;
   let last = /** @type {any[] | null} */ (null);
+  /** @type {any} the robot that the 3-D view is being made for */
+  let entering = null;
 
   const look = (/** @type {string} */ key) => {
     view = key;
@@ -77,17 +79,23 @@ export function armView(app) {
     if (last) show(...last);
   };
   const enterSpace = async () => {
-    if (space || !robot) return;
+    if (space || !robot || entering === robot) return;
     if (!hasWebGl()) return flat("This browser shows no 3-D: WebGL is switched off, or this computer has none. Here is the arm from above.");
     said.textContent = "Loading the 3-D view…";
+    const wanted = (entering = robot);
     try {
       const { Space } = await import("../../built/arm3d.js");
-      space = new Space(room, await (await fetch(`api/robot/${robot.name}.urdf`)).text());
+      const urdf = await (await fetch(`api/robot/${wanted.name}.urdf`)).text();
+      // Another arm was chosen meanwhile, or the screen left.
+      if (wanted !== entering) return;
+      space = new Space(room, urdf);
       said.textContent = "Drag to turn, scroll to come nearer.";
       if (plan) space.setPlan({ ...plan, base: robot.base }, lines, app.state.preview?.page);
       if (last) show(...last);
     } catch {
-      flat("The 3-D view is not in this installation: run make studio-3d (it needs npm). Here is the arm from above.");
+      if (wanted === entering) flat("The 3-D view is not in this installation: run make studio-3d (it needs npm). Here is the arm from above.");
+    } finally {
+      if (wanted === entering) entering = null;
     }
     return undefined;
   };
@@ -109,7 +117,11 @@ export function armView(app) {
     [plan, lines] = [next?.base_from_paper ? next : null, drawn];
     if (!name || !plan) return look("sheet");
     if (robot?.name !== name) {
-      robot = await ask(`api/robot/${name}.json`);
+      const found = await ask(`api/robot/${name}.json`);
+      // Another plan or arm came meanwhile.
+      if (plan !== next || app.state.robot !== name) return undefined;
+      robot = found;
+      entering = null;
       space?.close();
       space = null;
       if (view === "sheet") view = "above";
@@ -118,5 +130,5 @@ export function armView(app) {
     space?.setPlan({ ...plan, base: robot.base }, drawn, app.state.preview?.page);
     return look(view);
   };
-  return { element, panel, show, plan: setPlan, close: () => (above.close(), space?.close()) };
+  return { element, panel, show, plan: setPlan, close: () => ((entering = null), above.close(), space?.close()) };
 }

@@ -19,11 +19,11 @@ export function adjustScreen(app) {
   const trouble = h("div", { class: "note bad", role: "alert", hidden: true });
   const under = h("div", { class: "under" });
   const view = h("div", { class: "view" }, sheet.element, busy, h("div", { class: "overlay" }, trouble, notes(app)));
-  const parts = [budget(app), expert(app), pagePart(app)];
-  const [costs, every, page] = parts;
+  const parts = [budget(app), simple(app), styles(app), pagePart(app), expert(app), foot(app)];
+  const [costs, sliders, ways, page, every, end] = parts;
   const panel = h("div", { class: "panel" },
-    h("h1", { class: "out-of-sight" }, "Adjust the drawing"), costs.element, simple(app), styles(app), page.element,
-    h("section", {}, every.element), foot(app));
+    h("h1", { class: "out-of-sight" }, "Adjust the drawing"), costs.element, sliders.element, ways.element, page.element,
+    h("section", {}, every.element), end.element);
   const stop = app.store.watch(["preview", "drawing", "drawingError"], ({ preview, drawing, drawingError }) => {
     busy.classList.toggle("on", drawing);
     trouble.hidden = !drawingError;
@@ -57,21 +57,21 @@ function simple(app) {
     const element = h("div", { class: "field" }, h("div", { class: "head" }, h("label", { for: id }, slider.label), said), input, h("span", { class: "out-of-sight", id: `${id}-help` }, slider.help));
     return { element, show };
   });
-  app.store.watch(["settings"], ({ settings }) => rows.forEach((/** @type {any} */ row) => row.show(settings)));
-  return h("section", { "aria-labelledby": "lines-title" }, h("h2", { id: "lines-title" }, "Lines"), rows.map((/** @type {any} */ row) => row.element));
+  const close = app.store.watch(["settings"], ({ settings }) => rows.forEach((/** @type {any} */ row) => row.show(settings)));
+  return { element: h("section", { "aria-labelledby": "lines-title" }, h("h2", { id: "lines-title" }, "Lines"), rows.map((/** @type {any} */ row) => row.element)), close };
 }
 
 /** Ways of drawing. @param {App} app */
 function styles(app) {
   const buttons = app.options.styles.map((/** @type {any} */ { name, label, help }) =>
     h("button", { type: "button", title: help, "data-style": name, onclick: () => app.change({ style: name }) }, label));
-  app.store.watch(["settings"], () => buttons.forEach((/** @type {HTMLElement} */ button) => put(button, "aria-pressed", String(button.dataset.style === app.value("style")))));
-  return h("section", { "aria-labelledby": "styles-title" }, h("h2", { id: "styles-title" }, "Way of drawing"), h("div", { class: "chips" }, buttons));
+  const close = app.store.watch(["settings"], () => buttons.forEach((/** @type {HTMLElement} */ button) => put(button, "aria-pressed", String(button.dataset.style === app.value("style")))));
+  return { element: h("section", { "aria-labelledby": "styles-title" }, h("h2", { id: "styles-title" }, "Way of drawing"), h("div", { class: "chips" }, buttons)), close };
 }
 
 /** @param {App} app */
 function foot(app) {
   const reset = h("button", { type: "button", onclick: () => app.setSettings({}) }, "As it was");
-  app.store.watch(["settings"], ({ settings }) => (reset.disabled = !Object.keys(settings).length));
-  return h("section", {}, h("div", { class: "row apart" }, reset, h("a", { class: "button primary", href: "#watch" }, "Watch it drawn")));
+  const close = app.store.watch(["settings"], ({ settings }) => (reset.disabled = !Object.keys(settings).length));
+  return { element: h("section", {}, h("div", { class: "row apart" }, reset, h("a", { class: "button primary", href: "#watch" }, "Watch it drawn"))), close };
 }

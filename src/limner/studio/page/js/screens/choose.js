@@ -44,8 +44,7 @@ export function chooseScreen(app) {
 
 /** Whether a candidate is what is drawn now. @param {App} app @param {any} candidate */
 function chosen(app, { settings }) {
-  const own = { style: undefined, refine: undefined, ...settings };
-  return Object.entries(own).every(([path, value]) => app.value(path) === (value ?? app.usual(path)));
+  return Object.entries(settings).every(([path, value]) => app.value(path) === value);
 }
 
 /** @param {HTMLElement} view @param {boolean} is */

@@ -37,6 +37,8 @@ function editing(app) {
     redo: tool("Redo", ICONS.redo, () => go(history.redo())),
   };
   const corrections = h("ul", { class: "picks" });
+  /** @type {Map<any, {view: HTMLElement, tell: () => void}>} */
+  let rows = new Map();
   const keep = (/** @type {Point[]} */ points) => (history.push(points), go(points));
   const go = (/** @type {Point[]} */ points) => {
     editor.show(points);
@@ -50,7 +52,11 @@ function editing(app) {
       history = new History(found);
       editor.show(found);
     }
-    corrections.replaceChildren(...refinements.filter(Boolean).map((/** @type {any} */ refinement) => correction(editor, () => history.present, refinement, keep)));
+    // A row that is there stays: somebody may be about to click it.
+    rows = new Map(refinements.filter(Boolean).map((/** @type {any} */ refinement) => [refinement, rows.get(refinement) ?? correction(editor, () => history.present, refinement, keep)]));
+    corrections.append(...[...rows.values()].map(({ view }) => view).filter((view) => view.parentNode !== corrections));
+    for (const view of [...corrections.children]) if (![...rows.values()].some((row) => row.view === view)) view.remove();
+    rows.forEach(({ tell }) => tell());
   });
   buttons.undo.disabled = buttons.redo.disabled = true;
   if (history.present.length === COUNT) editor.show(history.present);
@@ -130,13 +136,17 @@ function regions(editor) {
 function correction(editor, present, refinement, take) {
   const after = refinement.report?.points_px;
   const name = ABOUT.get(refinement.name) ?? refinement.label;
-  const shift = after?.length === COUNT && present().length === COUNT ? `${meanShift(present(), after).toFixed(1)} %` : "";
-  const button = h("button", { type: "button", class: "pick", disabled: !shift }, h("span", { class: "grow" }, h("b", {}, name)), h("span", { class: "small quiet number", title: "mean move, of the distance of the eyes" }, shift));
+  const said = h("span", { class: "small quiet number", title: "mean move, of the distance of the eyes" });
+  const button = h("button", { type: "button", class: "pick" }, h("span", { class: "grow" }, h("b", {}, name)), said);
+  const tell = () => {
+    said.textContent = after?.length === COUNT && present().length === COUNT ? `${meanShift(present(), after).toFixed(1)} %` : "";
+    button.disabled = !said.textContent;
+  };
   const compare = (/** @type {boolean} */ on) => ((editor.ghost = on ? after : null), editor.render());
   for (const on of ["pointerenter", "focus"]) button.addEventListener(on, () => compare(true));
   for (const off of ["pointerleave", "blur"]) button.addEventListener(off, () => compare(false));
   button.addEventListener("click", () => (compare(false), take(after)));
-  return h("li", {}, button);
+  return { view: h("li", {}, button), tell };
 }
 
 function help() {

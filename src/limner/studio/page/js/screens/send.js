@@ -28,9 +28,11 @@ export function sendScreen(app) {
     const { job: now, preview } = state;
     if (there(now) && now.mine && now.drawing && now.drawing !== lined) {
       lined = now.drawing;
-      const lines = await linesOf(now.drawing);
-      const report = await reportOf(now.drawing);
-      if (lines) sheet.show(lines, report ? pageOf(report) : app.state.preview?.page, 0);
+      const [lines, report] = await Promise.all([linesOf(now.drawing), reportOf(now.drawing)]).catch(() => []);
+      // Another job may have begun meanwhile.
+      if (lined !== now.drawing) return;
+      if (!lines) lined = "";
+      else sheet.show(lines, report ? pageOf(report) : app.state.preview?.page, 0);
     } else if (!there(now) && preview && preview.lines !== sheet.ink.lines) {
       lined = "";
       sheet.show(preview.lines, preview.page);
