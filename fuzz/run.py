@@ -39,12 +39,12 @@ def run(name: str, executions: int, seed: int = 0, cpu_s: float = float("inf")) 
         name: of the harness.
         executions: how many changed inputs.
         seed: of the changes.
-        cpu_s: of the processor after which it ends early.
+        cpu_s: of the processor after which it ends early, after the corpus and one changed input at the earliest.
     """
     reader, inputs, outcome = harnesses()[name], corpus(name), Outcome(name)
     chance, began = random.Random(zlib.crc32(name.encode()) + seed), time.process_time()
     for k in range(len(inputs) + executions):
-        if time.process_time() - began > cpu_s:
+        if k > len(inputs) and time.process_time() - began > cpu_s:
             break
         data = inputs[k] if k < len(inputs) else mutated(chance.choice(inputs), chance, inputs)
         outcome.executions += 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import time
 
 import numpy as np
 
@@ -15,6 +16,21 @@ from limner.types import Drawing, Page
 LINES = ([[10, 10], [20, 15], [25, 10]], [[10, 20]], [[10, 25], [18, 30]], [[30, 10], [25, 20], [30, 26]])
 DRAWN = 4
 """Strokes of them; the dot is one of them."""
+LONGEST_S = 0.06
+"""A driver waits for a message for no longer before it looks at its clock again."""
+
+
+def arm_clock(pace):
+    """A clock of an arm that is so many times faster than real: what this process sleeps through is not counted."""
+    before, passed = time.monotonic(), 0.0
+
+    def clock():
+        nonlocal before, passed
+        now = time.monotonic()
+        passed, before = passed + min(now - before, LONGEST_S), now
+        return pace * passed
+
+    return clock
 
 
 def drawing():

@@ -68,7 +68,7 @@ class Served:
 
     Args:
         fake: to serve.
-        step_s: how long it takes for each thing it does.
+        step_s: how long it takes for each thing it does; may be changed while it runs.
     """
 
     def __init__(self, fake, step_s=0.0):

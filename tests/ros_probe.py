@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import sys
 import threading
-import time
 
 import actionlib
 import numpy as np
@@ -25,6 +24,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from limner.ros.master import keep_registered
 from limner.ros.middleware import ros
 from limner.vision.photo import load_photo
+from processes import PATIENCE_S, until
 
 TOPICS = {
     "portrait": Image,
@@ -93,8 +93,9 @@ class Probe:
             self.counts[name] += 1
 
     def do_connected(self):
-        """How many nodes listen to what is published here."""
-        return [self.image.get_num_connections(), self.drawing.get_num_connections(), self.point.get_num_connections()]
+        """How many other nodes listen to each of what is published here."""
+        counts = [topic.get_num_connections() for topic in (self.image, self.drawing, self.point, self.joints)]
+        return [*counts[:-1], counts[-1] - 1]  # joints are heard here too
 
     def do_all(self, topic):
         with self.lock:
@@ -107,9 +108,9 @@ class Probe:
         with self.lock:
             return READ[topic](self.heard[topic][-1]) if self.heard[topic] else None
 
-    def do_call(self, service):
+    def do_call(self, service, patience_s=1):
         try:
-            rospy.wait_for_service(service, timeout=1)
+            rospy.wait_for_service(service, timeout=patience_s)
             answer = rospy.ServiceProxy(service, Trigger)()
         except (rospy.ServiceException, rospy.ROSException) as error:
             return [None, str(error)]
@@ -118,7 +119,7 @@ class Probe:
     def do_race(self, service):
         """Two calls at once."""
         answers = []
-        callers = [threading.Thread(target=lambda: answers.append(self.do_call(service))) for _ in range(2)]
+        callers = [threading.Thread(target=lambda: answers.append(self.do_call(service, PATIENCE_S))) for _ in range(2)]
         for caller in callers:
             caller.start()
         for caller in callers:
@@ -154,7 +155,7 @@ class Probe:
         if self.client is None:
             name = f"{controller}/follow_joint_trajectory"
             self.client = actionlib.ActionClient(name, r.control.FollowJointTrajectoryAction)
-            assert self.client.wait_for_server(rospy.Duration(10))
+            assert self.client.wait_for_server(rospy.Duration(PATIENCE_S))
         zeros = [0.0] * len(names) if velocities else []
         points = [
             JointTrajectoryPoint(positions=row, velocities=zeros, time_from_start=rospy.Duration(s))
@@ -162,15 +163,12 @@ class Probe:
         ]
         goal = r.control.FollowJointTrajectoryGoal(trajectory=JointTrajectory(joint_names=names, points=points))
         handle = self.client.send_goal(goal)
-        for _ in range(1000):
-            if handle.get_comm_state() == actionlib.CommState.DONE:
-                break
-            time.sleep(0.02)
+        until(lambda: handle.get_comm_state() == actionlib.CommState.DONE)
         return [handle.get_goal_status(), handle.get_goal_status_text()]
 
     def do_frame(self, target, source):
         try:
-            found = self.tf.lookup_transform(target, source, rospy.Time(0), rospy.Duration(5)).transform
+            found = self.tf.lookup_transform(target, source, rospy.Time(0), rospy.Duration(PATIENCE_S)).transform
         except tf2_ros.TransformException as error:
             return str(error)
         return [found.translation.x, found.translation.y, found.translation.z, found.rotation.w]

@@ -11,16 +11,14 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
 from limner.ros.middleware import PACKAGES
+from processes import PATIENCE_S, until
 
 HERE = Path(__file__).parent
-PATIENCE_S = 60
-"""How long anything may take: a busy machine is no failure."""
 
 
 def need_ros():
@@ -29,15 +27,6 @@ def need_ros():
     found = shutil.which("rosmaster") and all(importlib.util.find_spec(name) for name in modules)
     if not found:
         pytest.skip(f"needs ROS 1: apt-get install -y --no-install-recommends {PACKAGES}; then make test")
-
-
-def until(what, told="it never happened", patience_s=PATIENCE_S):
-    """The first true answer."""
-    deadline = time.monotonic() + patience_s
-    while not (answer := what()):
-        assert time.monotonic() < deadline, told() if callable(told) else told
-        time.sleep(0.05)
-    return answer
 
 
 def free_port():
@@ -99,7 +88,7 @@ class World:
         program = self.programs.pop(name)
         program.send_signal(how)
         try:
-            program.wait(30)
+            program.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
             program.kill()
             program.wait()

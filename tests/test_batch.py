@@ -13,7 +13,6 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -44,6 +43,7 @@ from limner.batch.state import Known, State
 from limner.batch.summary import Summary
 from limner.batch.workers import WorkerDied, Workers
 from limner.errors import BadInput
+from processes import PATIENCE_S, begun, until
 
 FIGURES = {"drawing": "a.svg", "error": "", "strokes": 3, "points": 9, "ink_mm": 1.5, "travel_mm": 0.5, "seconds": 0.1}
 
@@ -290,21 +290,23 @@ def test_a_photo_that_kills_its_workers_is_a_row(tmp_path):
 
 
 def test_ctrl_c_keeps_what_is_done(tmp_path):
-    put_photos(tmp_path / "in", 80)
-    out = tmp_path / "out"
-    command = [sys.executable, "-m", "limner", "batch", tmp_path / "in", "-o", out, "--workers", "2"]
-    command += ["--style", "splines", "--sidecars"]
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    while running.poll() is None and not ((out / CSV).exists() and len((out / CSV).read_bytes().splitlines()) > 3):
-        time.sleep(0.01)
-    os.killpg(running.pid, signal.SIGINT)
-    _, told = running.communicate(timeout=60)
-    assert running.returncode == 130
+    photos, out = put_photos(tmp_path / "in", 80), tmp_path / "out"
+    words, how = [sys.executable, "-m", "limner", "batch"], ["-o", out, "--workers", "2"]
+    how += ["--style", "splines", "--sidecars"]
+    pipes = {"stdin": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    # From a list whose last name never comes: it cannot be over before it is interrupted.
+    with begun([*words, "-", *how], start_new_session=True, **pipes) as running:
+        running.stdin.write("".join(f"{photo}\n" for photo in photos[:-1]))
+        running.stdin.flush()
+        until(lambda: (out / CSV).exists() and len((out / CSV).read_bytes().splitlines()) > 3)
+        os.killpg(running.pid, signal.SIGINT)
+        assert running.wait(PATIENCE_S) == 130
+        told = running.stderr.read()
     assert re.fullmatch(r"\d+ photos: .*goes on from here\n+limner: interrupted\n", told)
     assert leftovers(out) == set()
     (done,) = re.findall(r"^\d+", told)
     assert len(rows_of(out)) == int(done) >= 3
-    ran = subprocess.run([*command, "--json"], capture_output=True, text=True, check=True)
+    ran = subprocess.run([*words, tmp_path / "in", *how, "--json"], capture_output=True, text=True, check=True)
     report = report_of(ran)
     assert report["kept"] >= int(done)
     assert report["kept"] + report["drawn"] == report["photos"] == len(files_of(out)) == 80
@@ -373,13 +375,13 @@ def test_workers_that_meet_a_full_disk_end_the_run(tmp_path):
 def test_the_manifest_and_the_state_stay_whole_on_a_full_disk(tmp_path):
     with Manifest.written(tmp_path / CSV) as rows:
         rows.add(Row("a.jpg"))
-        before = (tmp_path / CSV).read_bytes()
-        resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 5, resource.RLIM_INFINITY))
+        before, limits = (tmp_path / CSV).read_bytes(), resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 5, limits[1]))
         try:
             with pytest.raises(BadInput, match=r"manifest.csv: cannot be written \(File too large\)"):
                 rows.add(Row("b.jpg"))
         finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         assert (tmp_path / CSV).read_bytes() == before
     with State.opened(tmp_path) as state:
         state.keep_done("a", Known("m", FIGURES, b""))

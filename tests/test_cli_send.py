@@ -21,6 +21,7 @@ from limner.targets.fake import Fault
 from limner.targets.fake_grbl import FakeGrbl
 from limner.targets.journal import unfinished
 from plotters import Served, counted, inked
+from processes import PATIENCE_S, begun, until
 
 LONG = of(*[[[10 + 5 * k, 10], [10 + 5 * k, 50], [12 + 5 * k, 50]] for k in range(12)], [[20, 100], [21, 101]])
 
@@ -79,11 +80,8 @@ def command(*arguments):
     return [sys.executable, "-m", "limner", "send", *map(str, arguments)]
 
 
-def wait_for(what, seconds=60):
-    end = time.monotonic() + seconds
-    while not what():
-        assert time.monotonic() < end
-        time.sleep(0.01)
+SLOW_S = 0.15
+"""What a plotter takes for each thing it does once it is told to stop: it is not done before that is heard."""
 
 
 @pytest.fixture
@@ -96,10 +94,12 @@ def plotter():
 @pytest.mark.parametrize("which", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_stops_with_the_pen_up_and_resume_goes_on(tmp_path, run, plotter, which):
     arguments = command("d.svg", "--to", f"grbl:{plotter.port}", "--yes")
-    with subprocess.Popen(arguments, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
-        wait_for(lambda: len(plotter.fake.ink) >= 7)
+    with begun(arguments, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        until(lambda: len(plotter.fake.ink) >= 7)
+        plotter.step_s = SLOW_S
         process.send_signal(which)
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate()
+    plotter.step_s = 0.0
     assert process.returncode == 130, err
     assert "stopped with the pen up" in err
     assert not plotter.fake.pen_down
@@ -116,12 +116,13 @@ def test_ctrl_c_stops_with_the_pen_up_and_resume_goes_on(tmp_path, run, plotter,
 
 def test_killed_it_goes_on_and_only_the_line_in_doubt_is_drawn_again(tmp_path, run, plotter):
     arguments = command("d.svg", "--to", f"grbl:{plotter.port}", "--yes")
-    with subprocess.Popen(arguments, cwd=tmp_path) as process:
-        wait_for(lambda: len(plotter.fake.ink) >= 7)
+    with begun(arguments, cwd=tmp_path) as process:
+        until(lambda: len(plotter.fake.ink) >= 7)
         process.kill()
+    plotter.step_s = 0.0
     place = unfinished(tmp_path / "d.svg.journal", LONG)
     assert 1 <= place.stroke < 13
-    wait_for(lambda: plotter.fake._state() == "Idle")
+    until(lambda: plotter.fake._state() == "Idle")
     code, _, err = run("d.svg", "--to", f"grbl:{plotter.port}", "--yes", "--resume")
     assert code == 0, err
     got = inked(plotter.fake)
@@ -152,17 +153,14 @@ class Terminal:
             os.execvp(arguments[0], arguments)
         self.seen = ""
 
-    def until(self, words, seconds=60):
-        end = time.monotonic() + seconds
-        while words not in self.seen:
-            assert time.monotonic() < end, self.seen
-            self._read(0.1)
+    def until(self, words):
+        until(lambda: words in self.seen or self._read(0.1) is None, lambda: self.seen)
 
     def press(self, keys):
         os.write(self._file, keys.encode())
 
     def end(self):
-        while self._read(60):
+        while self._read(PATIENCE_S):
             pass
         return os.waitstatus_to_exitcode(os.waitpid(self.process_id, 0)[1])
 
@@ -184,15 +182,17 @@ def test_it_asks_shows_the_time_left_pauses_and_goes_on(tmp_path, run, plotter):
     assert "lower left corner" in terminal.seen
     assert plotter.fake.lines == 0, "nothing is sent before the answer"
     terminal.press("y\r")
-    wait_for(lambda: len(plotter.fake.ink) >= 4)
+    until(lambda: len(plotter.fake.ink) >= 4)
+    plotter.step_s = SLOW_S
     terminal.press(" ")
     terminal.until("paused with the pen up; space goes on")
-    wait_for(lambda: not plotter.fake.pen_down and plotter.fake._state() == "Idle")
+    plotter.step_s = 0.02
+    until(lambda: not plotter.fake.pen_down and plotter.fake._state() == "Idle")
     drawn = len(plotter.fake.ink)
     time.sleep(0.5)
     assert len(plotter.fake.ink) == drawn
     terminal.press(" ")
-    wait_for(lambda: len(plotter.fake.ink) > drawn)
+    until(lambda: len(plotter.fake.ink) > drawn)
     assert terminal.end() == 0, terminal.seen
     assert "left" in terminal.seen
     assert "drawn: 13 strokes" in terminal.seen

@@ -29,6 +29,7 @@ from limner.targets.fake_grbl import FakeGrbl
 from limner.targets.journal import Journal, Place
 from limner.targets.send import Control, send
 from plotters import Served, counted, grbl, inked, settled
+from processes import PATIENCE_S, begun, until
 
 ROOT = Path(__file__).parents[1]
 LINES = of(*[[[10 + 5 * k, 10], [10 + 5 * k, 50]] for k in range(12)])
@@ -70,10 +71,13 @@ def test_an_output_is_the_old_or_the_new_whatever_kills_the_writer(tmp_path):
     out, random_s = tmp_path / "out", random.Random(0)
     out.write_bytes(b"old")
     for _ in range(6):
-        with subprocess.Popen([sys.executable, "-c", WRITE, out]) as process:
-            before = out.stat().st_ino
-            while out.stat().st_ino == before:
-                time.sleep(0.002)
+        before = out.stat().st_mtime_ns
+        with begun([sys.executable, "-c", WRITE, out]) as process:
+
+            def written(before=before, process=process):
+                return out.stat().st_mtime_ns != before or process.poll() is not None
+
+            until(written, look_s=0.002)
             time.sleep(random_s.uniform(0, 0.05))
             process.kill()
         data = out.read_bytes()
@@ -106,7 +110,7 @@ def test_a_killed_draw_leaves_the_old_or_the_new(tmp_path):
     took, new = time.monotonic() - began, out.read_bytes()
     for share in (0.5, random_s.uniform(0.6, 0.9), 0.98):
         out.write_bytes(b"old")
-        with subprocess.Popen(words, stderr=subprocess.DEVNULL) as process:
+        with begun(words, stderr=subprocess.DEVNULL) as process:
             time.sleep(share * took)
             process.kill()
         assert out.read_bytes() in (b"old", new)
@@ -117,9 +121,13 @@ def test_a_killed_draw_leaves_the_old_or_the_new(tmp_path):
 def test_a_killed_batch_goes_on_and_nothing_is_broken(tmp_path):
     photos, out = put_photos(tmp_path / "in", 30), tmp_path / "out"
     words = command("batch", tmp_path / "in", "-o", out, "--workers", "1", "--style", "splines", "--sidecars", "--json")
-    with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True) as run:
-        while run.poll() is None and len(list(out.glob("*.svg"))) < 5:
-            time.sleep(0.01)
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    # From a list whose last name never comes: it cannot be over before it is killed.
+    with begun([*words[:4], "-", *words[5:]], stdin=subprocess.PIPE, start_new_session=True, **quiet) as run:
+        run.stdin.write(b"".join(b"%s\n" % os.fsencode(photo) for photo in photos[:-1]))
+        run.stdin.flush()
+        until(lambda: run.poll() is not None or len(list(out.glob("*.svg"))) >= 5)
+        assert run.poll() is None
         os.killpg(run.pid, signal.SIGKILL)
     want = {photo.stem: expected_svg(photo) for photo in photos}
     done = {name.rpartition(".")[0]: data for name, data in files_of(out).items()}
@@ -135,13 +143,12 @@ def test_an_ended_connection_of_the_terminal_stops_with_the_pen_up(tmp_path):
     (tmp_path / "d.svg").write_bytes(limner.to_svg(LINES))
     with Served(FakeGrbl(), step_s=0.005) as served:
         words = command("send", "d.svg", "--to", f"grbl:{served.port}", "--yes")
-        with subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE) as process:
-            while len(served.fake.ink) < 3:
-                assert process.poll() is None
-                time.sleep(0.005)
+        with begun(words, cwd=tmp_path, stderr=subprocess.PIPE) as process:
+            until(lambda: process.poll() is not None or len(served.fake.ink) >= 3)
+            served.step_s = 0.15
             process.stderr.close()
             process.send_signal(signal.SIGHUP)
-            process.wait(60)
+            process.wait(PATIENCE_S)
         assert process.returncode >= 0, "it ended by itself, whatever it could still say to a closed terminal"
         assert not served.fake.pen_down
         assert served.fake.breaches == []
@@ -271,7 +278,7 @@ def studio_job(folder, made, monkeypatch=None):
     async def go():
         jobs = Jobs(folder, lambda order, file: made, lambda: None)
         jobs.start(Order("sim:"), b"npz", HeldDrawing("d", "p", b"npz", {}), None)
-        ends = time.monotonic() + 30
+        ends = time.monotonic() + PATIENCE_S
         while jobs.busy:
             assert time.monotonic() < ends
             await asyncio.sleep(0.01)

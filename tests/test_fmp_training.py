@@ -1,7 +1,5 @@
 import dataclasses
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import cv2
@@ -35,6 +33,7 @@ from limner.vision.landmarks.fmp.train_settings import TrainSettings
 from limner.vision.landmarks.fmp.training import train
 from limner.vision.landmarks.fmp.turning import DEPTH, turn
 from limner.vision.landmarks.mirror import MIRROR
+from processes import begun, until
 
 TINY = TrainSettings(eye_cells=10, yaw_deg=0, tilt_deg=0, scene_px=160, textures=2, scenes=8, per_scene=4, patches=2000)
 
@@ -182,10 +181,9 @@ train(faces[:8], [*of_samples(faces[:6]), *textures(2, 0, 160)], TINY, state=Pat
 def test_a_killed_training_ends_the_same(faces, scenes, trained, tmp_path):
     """Killed as soon as its first state is there; a state is whole or not there at all."""
     state, folder = tmp_path / "state.npz", faces[0].path.parent.parent
-    with subprocess.Popen([sys.executable, "-c", TRAIN, Path(__file__).parent, folder, state]) as process:
-        while not state.exists():
-            assert process.poll() is None
-            time.sleep(0.01)
+    with begun([sys.executable, "-c", TRAIN, Path(__file__).parent, folder, state]) as process:
+        until(lambda: state.exists() or process.poll() is not None)
+        assert state.exists()
         process.kill()
     seen = []
     resumed = train(faces[:8], scenes, TINY, lambda what, *rest: seen.append(what), state)

@@ -28,10 +28,11 @@ def built(tmp_path_factory):
     """Folder with sdist and wheel, the wheel built from the sdist."""
     source = tmp_path_factory.mktemp("source")
     for name in SHIPPED:
-        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
-        copy(ROOT / name, source / name)
-    for cache in [*source.rglob("__pycache__"), *source.rglob("*.egg-info")]:
-        shutil.rmtree(cache)
+        if (ROOT / name).is_dir():
+            # Other processes write and rename files there while this one copies.
+            shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+        else:
+            shutil.copy(ROOT / name, source / name)
     subprocess.run(
         [sys.executable, "-m", "build", "--outdir", source / "dist", source], check=True, capture_output=True
     )

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ros_world import free_port, need_ros, until
+from processes import PATIENCE_S, until
+from ros_world import free_port, need_ros
 
 SCREEN = (1280, 800)
 STAGE = """
@@ -64,6 +65,11 @@ def screenshot(file):
     return pixels.reshape(height, row)[:, : 4 * width].reshape(height, width, 4)[..., 2::-1]
 
 
+def drawn_in(said):
+    """Whether a plan has been drawn."""
+    return said.exists() and "drawn: " in said.read_text().partition("planned")[2]
+
+
 def left_over(mark):
     """Processes that have a word in their environment."""
     found = []
@@ -99,12 +105,13 @@ def test_the_demonstration_shows_the_arm_and_its_ink_in_rviz_and_ends_all_it_beg
         # roscpp programs listen to everybody: here nobody else is there.
         program = subprocess.Popen(["unshare", "-rn", "sh", "-c", stage], env=env, stdout=log, stderr=log)
     try:
-        until(lambda: said.exists() and "drawn: " in said.read_text().partition("planned")[2], said.read_text)
+        until(lambda: program.poll() is not None or drawn_in(said), lambda: said.read_text() if said.exists() else "")
+        assert program.poll() is None, said.read_text()
         until(lambda: ink_on_white(screenshot(tmp_path / "Xvfb_screen0")) > 300)
         picture = screenshot(tmp_path / "Xvfb_screen0")
     finally:
         program.send_signal(signal.SIGTERM)
-        program.wait(60)
+        program.wait(PATIENCE_S)
     assert picture.shape == (SCREEN[1], SCREEN[0], 3)
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 500
     assert (tmp_path / "code").read_text().strip() == "0"

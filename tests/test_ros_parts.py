@@ -20,7 +20,7 @@ from limner.motion.arm.plan import plan_arm
 from limner.motion.arm.retime import RetimeSettings, move
 from limner.motion.arm.robots import ROBOTS, load_robot
 from limner.pipeline import Settings
-from limner.ros import master, messages, parameters
+from limner.ros import master, messages, node, parameters
 from limner.ros.action import definitions
 from limner.ros.arm import RosArm
 from limner.ros.desk import Desk
@@ -28,6 +28,7 @@ from limner.ros.feed import JointFeed
 from limner.ros.ink import InkTrail
 from limner.ros.simulated import SimulatedArm
 from limner.types import Drawing, Page, Pen, Photo
+from processes import until
 from ros_world import World, need_ros
 
 DUMBO = load_robot("dumbo")
@@ -159,12 +160,15 @@ def test_joints_come_in_any_order_with_others_among_them():
     assert feed.drain() == []
 
 
-def test_joints_that_are_silent_are_said_to_be():
+def test_joints_that_are_silent_are_said_to_be(monkeypatch):
+    now = [5.0]
+    monkeypatch.setattr("limner.ros.feed.time", SimpleNamespace(monotonic=lambda: now[0]))
     feed = JointFeed(("a",), silence_s=0.05)
     with pytest.raises(DeviceFailed, match="no joint_states have been heard"):
         feed.q()
     feed.take(("a",), (1.0,))
-    time.sleep(0.1)
+    assert feed.q().tolist() == [1.0]
+    now[0] += 0.1
     with pytest.raises(DeviceFailed, match=r"no joint_states for 0\.1 s"):
         feed.q()
 
@@ -173,7 +177,13 @@ def test_joints_that_are_silent_are_said_to_be():
 
 
 class Local:
-    """A ``Link`` to a simulated arm whose time goes as fast as it can."""
+    """A ``Link`` to a simulated arm whose time goes as fast as it can.
+
+    Attributes:
+        each: called after each step, before it is reported.
+        alive: whether it moves and reports.
+        muted: whether what it does is not reported.
+    """
 
     name = "local"
 
@@ -181,7 +191,7 @@ class Local:
         self.arm, self.feed, self.refused, self.sent = SimulatedArm(DUMBO, DUMBO.pose("safe")), feed, "", []
         self.lock, self.ended_by = threading.Lock(), threading.Event()
         self.thread = threading.Thread(target=self.run, daemon=True)
-        self.alive = True
+        self.alive, self.muted, self.each = True, False, lambda: None
         self.thread.start()
 
     def run(self):
@@ -189,7 +199,9 @@ class Local:
             with self.lock:
                 if self.alive:
                     self.arm.step(STEP_S)
-                    self.feed.take(DUMBO.joints, self.arm.q.tolist())
+                    self.each()
+                    if not self.muted:
+                        self.feed.take(DUMBO.joints, self.arm.q.tolist())
 
     def open(self):
         pass
@@ -233,21 +245,19 @@ class Ear:
 
 @pytest.fixture
 def bench(tmp_path):
-    feed, ear = JointFeed(DUMBO.joints, silence_s=0.5), Ear()
+    feed, ear = JointFeed(DUMBO.joints, silence_s=3.0), Ear()
     link = Local(feed)
     desk = Desk(lambda route: RosArm(link, feed, route), tmp_path / "journal", ear)
-    yield SimpleNamespace(desk=desk, ear=ear, link=link, feed=feed)
+
+    def height():
+        """Of the pen's tip over the sheet [mm]."""
+        return ear.plans[-1].placement.points_mm(DUMBO.forward(link.arm.q)[:3, 3])[2]
+
+    yield SimpleNamespace(desk=desk, ear=ear, link=link, feed=feed, height=height)
     if desk.busy:
         desk.stop()
     link.ended_by.set()
     link.thread.join()
-
-
-def wait(happened, seconds=30):
-    deadline = time.monotonic() + seconds
-    while not happened():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
 
 
 def test_wishes_that_cannot_be_granted_say_why(bench):
@@ -271,7 +281,7 @@ def test_it_draws_and_tells_how_far_it_is(bench):
     bench.desk.start()
     with pytest.raises(BadInput, match="the arm is drawing"):
         bench.desk.start()
-    wait(lambda: not bench.desk.busy)
+    until(lambda: not bench.desk.busy)
     assert bench.ear.said[-1] == "drawn: 2 of 2 strokes"
     assert bench.ear.shares == sorted(bench.ear.shares)
     assert bench.ear.shares[-1] == pytest.approx(1)
@@ -293,25 +303,103 @@ def test_the_sheet_stays_where_it_lies(bench):
 def test_what_dies_is_not_moved_and_is_raised_first_when_it_is_back(bench):
     bench.desk.take(DRAWING)
     bench.desk.plan(Settings(), DUMBO)
+    link = bench.link
+
+    def die():
+        link.alive = link.alive and bench.height() >= 0
+
+    link.each = die
     bench.desk.start()
-
-    def height():
-        return bench.ear.plans[-1].placement.points_mm(DUMBO.forward(bench.link.arm.q)[:3, 3])[2]
-
-    wait(lambda: height() < 0)
-    with bench.link.lock:
-        bench.link.alive = False
-    wait(lambda: not bench.desk.busy)
+    until(lambda: not bench.desk.busy)
     assert "pen state unknown: lift it by hand" in bench.ear.said[-1]
-    sent = len(bench.link.sent)
-    assert height() < 0
-    bench.link.alive, bench.link.arm = True, SimulatedArm(DUMBO, bench.link.arm.q)
+    sent = len(link.sent)
+    assert bench.height() < 0
+    with link.lock:
+        link.alive, link.arm, link.each = True, SimulatedArm(DUMBO, link.arm.q), lambda: None
+    heard = bench.feed.reports
+    until(lambda: bench.feed.reports > heard)
     bench.desk.resume()
-    wait(lambda: not bench.desk.busy)
+    until(lambda: not bench.desk.busy)
     assert bench.ear.said[-1] == "drawn: 2 of 2 strokes"
     up = plan_heights(bench.ear.plans[-1], bench.link.sent[sent])
     assert up[0] < 0
     assert up[-1] > 50
+
+
+def test_silence_is_not_taken_for_rest(bench):
+    """A busy controller says nothing for a moment when it is told to stop, and goes on meanwhile."""
+    bench.desk.take(DRAWING)
+    bench.desk.plan(Settings(), DUMBO)
+    link, halt, late = bench.link, bench.link.cancel, []
+
+    def stop():
+        if bench.height() < 0:
+            bench.desk._control.stop = True
+
+    def cancel():
+        with link.lock:
+            link.muted = True
+        late.append(threading.Timer(0.5, heard))
+        late[-1].start()
+
+    def heard():
+        halt()
+        link.muted = False
+
+    link.each, link.cancel = stop, cancel
+    bench.desk.start()
+    until(lambda: not bench.desk.busy)
+    assert bench.ear.said[-1].startswith("stopped with the pen up: ")
+    assert bench.height() > 50
+    for timer in late:
+        timer.join()
+
+
+def test_who_hears_that_it_is_drawn_can_begin_anew_at_once(bench):
+    bench.desk.take(DRAWING)
+    bench.desk.plan(Settings(), DUMBO)
+    status, again = bench.ear.status, []
+
+    def hear(text):
+        status(text)
+        if text.startswith("drawn: 2 of") and not again:
+            again.append(threading.Thread(target=lambda: again.append(bench.desk.start())))
+            again[0].start()
+            time.sleep(0.1)
+
+    bench.ear.status = hear
+    bench.desk.start()
+    until(lambda: len(again) == 2)
+    assert again[1] == "drawing 2 strokes"
+    until(lambda: not bench.desk.busy)
+    assert bench.ear.said.count("drawn: 2 of 2 strokes") == 2
+
+
+def test_ink_of_the_last_moment_is_shown_though_the_drawing_has_ended(plan, monkeypatch):
+    shown, now = [], SimpleNamespace(now=lambda: 0)
+    monkeypatch.setattr(node, "ros", lambda: SimpleNamespace(rospy=SimpleNamespace(Time=now)))
+    monkeypatch.setattr(node.pictures, "segments", list)
+    ours = node.Node.__new__(node.Node)
+    ours._lock, ours._feed, ours._inking = threading.Lock(), JointFeed(DUMBO.joints), False
+    ours._trail, ours._desk, ours._plan = InkTrail(DUMBO, plan.placement), SimpleNamespace(busy=True), None
+    ours._ink = SimpleNamespace(points=[], header=SimpleNamespace(stamp=0))
+    ours._publish = {"ink": SimpleNamespace(publish=lambda ink: shown.append(len(ink.points)))}
+    half = len(plan.trajectory.q) // 2
+
+    def report(rows):
+        for q in rows:
+            ours._feed.take(DUMBO.joints, q.tolist())
+
+    report(plan.trajectory.q[:half])
+    ours._tick()
+    report(plan.trajectory.q[half:])
+    ours._desk.busy = False
+    ours._tick()
+    assert len(shown) == 2
+    assert shown[1] == sum(map(len, ours._trail.lines_mm))
+    report(plan.trajectory.q)
+    ours._tick()
+    assert len(shown) == 2, "whoever moves the arm afterwards does not draw"
 
 
 def plan_heights(plan, motion):

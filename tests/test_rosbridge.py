@@ -6,18 +6,16 @@ import functools
 import http.server
 import json
 import re
-import select
 import socket
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from arms import DRAWN, planned, robot, route
+from arms import DRAWN, arm_clock, planned, robot, route
 from limner import storage
 from limner.cli import jobs
 from limner.errors import BadInput, DeviceFailed, MissingExtra
@@ -28,17 +26,14 @@ from limner.targets.journal import Journal, Place
 from limner.targets.rosbridge import Rosbridge, RosbridgeSettings
 from limner.targets.send import Control, drive
 from limner.types import Drawing
+from processes import begun, until
 
 for package, extra in (("urdf_parser_py", "robot"), ("toppra", "robot"), ("websockets", "ros")):
     pytest.importorskip(package, reason=f"pip install 'limner[{extra}]'")
 
 TOPIC = "/left_arm_joint_trajectory_controller/command"
 PACE = 20.0
-
-
-def arm_clock():
-    """Seconds as they pass for the fake."""
-    return PACE * time.monotonic()
+PATIENCE_S = 60
 
 
 def fake_arm(q=None, **options):
@@ -47,10 +42,10 @@ def fake_arm(q=None, **options):
     return FakeRosbridge(robot().joints, q, limits, TOPIC, pace=PACE, **options)
 
 
-def driver(port, settings=None, silence_s=20.0):
+def driver(port, settings=None, silence_s=40.0):
     address = BridgeAddress(f"ws://127.0.0.1:{port}", TOPIC)
     return Rosbridge(
-        address, route(), settings or RosbridgeSettings(), robot().joints, robot().base, silence_s, arm_clock
+        address, route(), settings or RosbridgeSettings(), robot().joints, robot().base, silence_s, arm_clock(PACE)
     )
 
 
@@ -109,16 +104,22 @@ def test_services_are_called_where_they_are_named(arm):
     assert arm.fake.done == []
 
 
-def test_stopped_it_ends_in_the_air_and_goes_on_there(arm):
-    control = Control()
+def test_stopped_it_ends_in_the_air_and_goes_on_there(arm, monkeypatch):
+    control, arrives, begun = Control(), Rosbridge._arrive, []
 
     def watch(place, waits):
-        if place.stroke == 1:
-            threading.Timer(0.05, setattr, (control, "stop", True)).start()
+        begun.append(place.stroke)
+
+    def arrive(self, motion):
+        control.stop = begun[-1] == 1
+        arrives(self, motion)
+
+    monkeypatch.setattr(Rosbridge, "_arrive", arrive)
 
     fake, place, journal = arm(control, watch)
     assert (fake.breaches, place, journal.doubtful, fake.stops) == ([], Place(2), False, 0)
     assert np.allclose(fake.q, robot().pose("safe"), atol=1e-9), "it goes home"
+    monkeypatch.undo()
     again, place, _ = arm(resume=True)
     assert (again.breaches, place) == ([], Place(DRAWN))
     assert len(again.done) == 1 + (DRAWN - 2) + 1
@@ -141,7 +142,7 @@ def test_paused_it_waits_in_the_air_hears_nothing_and_goes_on(arm):
         waited.append((place.stroke, waits))
         control.pause = place.stroke == 1 and sum(paused for _, paused in waited) < 5
         if waits:
-            assert not any("/joint_states" in client.subscribed for client in arm.fake._clients)
+            until(lambda: not any("/joint_states" in client.subscribed for client in arm.fake._clients))
 
     fake, place, _ = arm(control, watch)
     assert (fake.breaches, place) == ([], Place(DRAWN))
@@ -156,11 +157,10 @@ def test_interrupted_it_is_told_to_hold_and_the_pen_is_not_said_to_be_up(arm, mo
     def watch(place, waits):
         monkeypatch.setattr(Rosbridge, "_state", interrupted if place.stroke == 1 else states)
 
-    states, calls = Rosbridge._state, []
+    states = Rosbridge._state
 
     def interrupted(self):
-        calls.append(1)
-        if len(calls) > 12:
+        if self._busy:
             raise KeyboardInterrupt
         return states(self)
 
@@ -304,20 +304,16 @@ def test_another_client_hears_the_same_motions(arm):
     script = Path(__file__).with_name("rosbridge_listener.py")
     with fake_arm() as fake:
         command = [sys.executable, str(script), str(fake.port), TOPIC, "trajectory_msgs/JointTrajectory"]
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as listener:
+        with begun(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as listener:
             assert listener.stdout.readline() == "ready\n"
-            until = time.monotonic() + 10
-            while not any(TOPIC in client.subscribed for client in fake._clients) and time.monotonic() < until:
-                time.sleep(0.01)
+            until(lambda: any(TOPIC in client.subscribed for client in fake._clients))
             device = driver(fake.port)
             device.open()
             assert device.draw(0, lambda: False)
             device.close()
-            heard = []
-            while len(heard) < 2 and select.select([listener.stdout], [], [], 10)[0]:
-                heard.append(json.loads(listener.stdout.readline()))
+            heard = [json.loads(listener.stdout.readline()) for _ in range(2)]
             listener.stdin.close()
-            listener.wait(20)
+            listener.wait(PATIENCE_S)
     assert fake.breaches == []
     for message, part in zip(heard, (route().to_stroke(robot().pose("safe"), 0), route().stroke(0)), strict=True):
         assert message["joint_names"] == [f"left_arm_{k}_joint" for k in range(1, 8)]
@@ -338,9 +334,7 @@ def test_the_fake_finds_breaches():
         with fake_arm() as fake, connect(f"ws://127.0.0.1:{fake.port}", proxy=None) as end:
             for message in messages:
                 end.send(message if isinstance(message, str) else json.dumps(message))
-            until = time.monotonic() + 2
-            while not fake.breaches and time.monotonic() < until:
-                time.sleep(0.005)
+            until(lambda: fake.breaches or fake.done)
         return " ".join(fake.breaches)
 
     def motion(q, seconds=1.0, forces=(), **changes):
@@ -386,7 +380,7 @@ def test_the_fake_finds_breaches():
 
 @pytest.fixture
 def run(command, monkeypatch, tmp_path):
-    monkeypatch.setattr(jobs, "Rosbridge", functools.partial(Rosbridge, silence_s=20.0, clock=arm_clock))
+    monkeypatch.setattr(jobs, "Rosbridge", functools.partial(Rosbridge, silence_s=40.0, clock=arm_clock(PACE)))
     storage.save(planned().trajectory, tmp_path / "m.json")
     motion = planned().trajectory
     fast = {name: getattr(motion, name) for name in ("names", "q", "qd", "qdd", "down", "stroke")}

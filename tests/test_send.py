@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -392,6 +393,16 @@ def test_the_fakes_can_find_fault():
     FakeLink(fake).write(b"SM,1,100,100\r")
     FakeLink(fake).read(0)
     assert len(fake.breaches) == 2
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_process_that_sleeps_is_not_taken_for_a_machine_that_is_silent(path, monkeypatch, name):
+    asleep = SimpleNamespace(monotonic=itertools.count(0.0, 100.0).__next__, sleep=lambda seconds: None)
+    for module in ("grbl", "ebb", "link"):
+        monkeypatch.setattr(f"limner.targets.{module}.time", asleep)
+    fake, target = MACHINES[name]()
+    assert run(DRAWING, target, path) == Place(len(DRAWING.lines_mm))
+    assert fake.breaches == []
 
 
 def test_silence_is_not_waited_for_longer_than_needed():

@@ -1,7 +1,6 @@
 """Stop works from every state of every machine, and after a fault the pen is up or nobody says that it is."""
 
 import functools
-import time
 
 import numpy as np
 import pytest
@@ -135,15 +134,10 @@ def test_whatever_strikes_while_a_plotter_draws_raises_the_pen(tmp_path, name, a
     journal.close()
 
 
-def arm_clock():
-    """Seconds as they pass for the fake."""
-    return PACE * time.monotonic()
-
-
 def rosbridge(fake):
     robot, topic = arms.robot(), "/arm/command"
     address = BridgeAddress(f"ws://127.0.0.1:{fake.port}", topic)
-    return Rosbridge(address, arms.route(), RosbridgeSettings(), robot.joints, robot.base, 20.0, arm_clock)
+    return Rosbridge(address, arms.route(), RosbridgeSettings(), robot.joints, robot.base, 100.0, arms.arm_clock(PACE))
 
 
 def led(device, tmp_path, control, watch):

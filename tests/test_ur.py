@@ -10,11 +10,12 @@ import os
 import resource
 import socket
 import threading
-import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from arms import arm_clock
 from limner import storage
 from limner.errors import BadInput, CannotDraw, DeviceFailed, NothingToDraw
 from limner.motion.arm.check import check
@@ -29,6 +30,7 @@ from limner.targets.send import Control, drive
 from limner.targets.ur import Ur, parse_host
 from limner.targets.urscript import UrSettings
 from limner.types import Drawing
+from processes import until
 
 pytest.importorskip("urdf_parser_py", reason="pip install 'limner[robot]'")
 pytest.importorskip("toppra", reason="pip install 'limner[robot]'")
@@ -64,7 +66,7 @@ def arm(robot, route, tmp_path):
         resume=False,
         q=None,
         settings=None,
-        silence_s=5.0,
+        silence_s=60.0,
         host="127.0.0.1",
         **kind,
     ):
@@ -200,8 +202,9 @@ def test_paused_it_waits_in_the_air_and_goes_on(arm):
 )
 def test_what_goes_wrong_is_named_with_the_state_of_the_pen(arm, monkeypatch, fault, program, words, pen):
     monkeypatch.setattr("limner.targets.ur.SLACK", 0.0)
+    monkeypatch.setattr("limner.targets.ur.time", SimpleNamespace(monotonic=arm_clock(1.0)))
     with pytest.raises(DeviceFailed) as error:
-        arm(fault=fault, program=program, silence_s=1.5)
+        arm(fault=fault, program=program, silence_s=2.5)
     text = str(error.value)
     assert words in text
     assert ("the pen is up" if pen == "is up" else "pen state unknown") in text
@@ -255,9 +258,7 @@ def test_the_fake_finds_breaches(robot):
             for text in programs:
                 end.sendall(text.encode())
             end.shutdown(socket.SHUT_WR)
-            until = time.monotonic() + 5
-            while not fake.breaches and time.monotonic() < until:
-                time.sleep(0.01)
+            until(lambda: fake.breaches)
         return " ".join(fake.breaches)
 
     with socket.create_server(("127.0.0.1", 0)) as ours:

@@ -14,7 +14,7 @@ from limner.errors import BadInput, DeviceFailed, MissingExtra
 
 Result = TypeVar("Result")
 
-_PATIENCE = "10s"
+_PATIENCE = "30s"
 _LARGEST = "512MiB"
 
 

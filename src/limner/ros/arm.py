@@ -26,8 +26,10 @@ LOW_M = 0.03
 """A pen that is less high over the place it draws at is drawn back before the arm is led anywhere."""
 
 _REST_S = 0.2
+_REST_REPORTS = 5
 _REST_RAD = 1e-4
 _OFF_RAD = 0.02
+_THERE_S = 1.0
 
 
 class Link(Protocol):
@@ -134,7 +136,7 @@ class RosArm:
             DeviceFailed: it was refused or broken off, or the arm is stuck, out of sight or elsewhere in the end.
         """
         self._link.send(motion)
-        watch = _Still(STUCK_S)
+        watch = _Still(self._feed, STUCK_S)
         while (reason := self._link.ended()) is None:
             time.sleep(LOOK_S)
             still = watch.still(self._q())
@@ -152,9 +154,10 @@ class RosArm:
         return True
 
     def _check_there(self, q: Floats) -> None:
-        deadline = time.monotonic() + 1.0
+        # Its last reports may come after the word that it is there.
+        watch, deadline = _Still(self._feed, _THERE_S), time.monotonic() + STUCK_S
         while (off := float(np.abs(self._q() - q).max())) > _OFF_RAD:
-            if time.monotonic() > deadline:
+            if watch.still(self._q()) or time.monotonic() > deadline:
                 raise DeviceFailed(
                     f"{self.name}: the arm ended {np.degrees(off):.1f} degrees from where its motion leads"
                 )
@@ -176,7 +179,7 @@ class RosArm:
         Raises:
             DeviceFailed: it still moves, or is out of sight.
         """
-        watch, deadline = _Still(_REST_S), time.monotonic() + STUCK_S
+        watch, deadline = _Still(self._feed, _REST_S), time.monotonic() + STUCK_S
         while not watch.still(self._q()):
             if time.monotonic() > deadline:
                 raise DeviceFailed(f"{self.name}: the arm was told to stop and still moves")
@@ -184,15 +187,15 @@ class RosArm:
 
 
 class _Still:
-    """Tells whether positions have stayed the same for some time."""
+    """Tells whether positions have stayed the same for some time and some reports: silence is no rest."""
 
-    def __init__(self, seconds: float) -> None:
-        self._seconds = seconds
+    def __init__(self, feed: JointFeed, seconds: float) -> None:
+        self._feed, self._seconds = feed, seconds
         self._q: Floats | None = None
-        self._since = time.monotonic()
+        self._since, self._after = time.monotonic(), 0
 
     def still(self, q: Floats) -> bool:
-        now = time.monotonic()
+        now, reports = time.monotonic(), self._feed.reports
         if self._q is None or np.abs(q - self._q).max() > _REST_RAD:
-            self._q, self._since = q, now
-        return now - self._since > self._seconds
+            self._q, self._since, self._after = q, now, reports
+        return now - self._since > self._seconds and reports - self._after >= _REST_REPORTS

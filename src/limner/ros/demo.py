@@ -26,7 +26,7 @@ from limner.ros.begin import begin, end, end_on_sigterm
 from limner.ros.middleware import MissingRos, ros
 from limner.targets.files import READABLE
 
-READY_S = 60.0
+READY_S = 180.0
 """How long the node may take until it has a plan."""
 
 _LOOK_S = 0.1

@@ -82,12 +82,13 @@ class Desk:
         self._found_for: tuple[object, ...] = ()
         self._control = Control()
         self._thread: threading.Thread | None = None
+        self._busy = False
         self._place, self._ended, self._unfinished = Place(0), "", False
 
     @property
     def busy(self) -> bool:
         """Whether the arm draws, or waits with the pen up to go on."""
-        return self._thread is not None and self._thread.is_alive()
+        return self._busy
 
     def see(self, photo: Photo) -> None:
         """Keep a photo, to be drawn when asked for."""
@@ -275,7 +276,7 @@ class Desk:
     def _run(self, planned: _Planned, *, resume: bool) -> None:
         journal = Journal(self._journal, planned.drawing, resume=resume)
         self._place, self._control, self._ended = journal.place, Control(), "ended by a bug; see the node's log"
-        self._unfinished = True
+        self._unfinished = self._busy = True
         self._thread = threading.Thread(target=self._draw, args=(planned, journal, self._control), daemon=True)
         self._thread.start()
 
@@ -301,7 +302,12 @@ class Desk:
             self._place, self._ended = journal.place, str(error)
         finally:
             journal.close()
-            self._listener.status(self._ended)
+            # Who hears that it has ended can begin anew at once.
+            with self._lock:
+                try:
+                    self._listener.status(self._ended)
+                finally:
+                    self._busy = False
 
     def _tell(self, planned: _Planned, place: Place, what: str) -> None:
         self._listener.status(f"{what} stroke {place.stroke + 1} of {len(planned.route.ends)}")

@@ -25,6 +25,7 @@ class JointFeed:
         self.joints, self._silence_s = joints, silence_s
         self._q: Floats | None = None
         self._heard = 0.0
+        self._reports = 0
         self._new: deque[Floats] = deque(maxlen=_KEPT)
         self._lock = threading.Lock()
 
@@ -43,7 +44,13 @@ class JointFeed:
             raise BadInput("joint_states: a position is NaN or infinite; expected radians or metres")
         with self._lock:
             self._q, self._heard = q, time.monotonic()
+            self._reports += 1
             self._new.append(q)
+
+    @property
+    def reports(self) -> int:
+        """How many there have been: an arm that has not been heard since is not known to be where it was."""
+        return self._reports
 
     def q(self) -> Floats:
         """Where the arm is: (dof,).

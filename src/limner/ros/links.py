@@ -14,7 +14,7 @@ from limner.ros.middleware import ros
 from limner.ros.simulated import SimulatedArm
 from limner.types import Floats, JointTrajectory
 
-FIND_S = 5.0
+FIND_S = 10.0
 """How long a controller is looked for."""
 
 RATE_HZ = 50

@@ -58,6 +58,7 @@ class Node:
         self._plan: ArmPlan | None = None
         self._strokes: Any = None
         self._ink, self._said, self._share = pictures.ink(Pen().width_mm), "", -1.0
+        self._inking = False
         self._lock = threading.Lock()
         self._publish = {
             "portrait": self._topic("portrait", r.sensor.Image),
@@ -119,7 +120,7 @@ class Node:
             assert self._plan is not None
             self._feed.drain()
             self._trail = InkTrail(self._robot, self._plan.placement)
-            self._ink = pictures.ink(self._pen_mm())
+            self._ink, self._inking = pictures.ink(self._pen_mm()), True
             self._publish["ink"].publish(self._ink)
 
     def progress(self, share: float) -> None:
@@ -283,8 +284,10 @@ class Node:
     def _tick(self) -> None:
         """The ink that has come, and where the pen is."""
         with self._lock:
+            # What has come since the last tick is ink too where the drawing has ended meanwhile.
+            inking, self._inking = self._inking or self._desk.busy, self._desk.busy
             positions = self._feed.drain()
-            new = self._trail.take(positions) if self._trail and self._desk.busy else np.zeros((0, 2, 2))
+            new = self._trail.take(positions) if self._trail and inking else np.zeros((0, 2, 2))
             if len(new):
                 self._ink.points += pictures.segments(new)
                 self._ink.header.stamp = ros().rospy.Time.now()

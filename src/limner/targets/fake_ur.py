@@ -110,12 +110,15 @@ class FakeUr:
         while not self._ended.is_set():
             open_ = [self._server] if self._server.fileno() >= 0 else []
             for end in readable([*open_, *self._ends], 0.005):
-                if end is self._server:
-                    self._ends[end.accept()[0]] = b""
-                else:
-                    self._receive(end)
+                # Whoever has hung up meanwhile hears nothing.
+                with contextlib.suppress(OSError):
+                    if end is self._server:
+                        self._ends[end.accept()[0]] = b""
+                    else:
+                        self._receive(end)
             if self._running:
-                self._finish(self._running)
+                with contextlib.suppress(OSError):
+                    self._finish(self._running)
 
     def _receive(self, end: socket.socket) -> None:
         try:

@@ -168,22 +168,21 @@ class Grbl:
     def _next(self) -> str:
         """The next thing it says; it is asked for its state when it has said nothing for a while."""
         end = time.monotonic() + self._silence_s
-        while time.monotonic() < end:
-            answer = self._lines.next(self._silence_s / 5)
-            if answer is not None:
-                return answer
+        # However late it is, what has come is looked at first: this process may have slept, not the machine.
+        while (answer := self._lines.next(self._silence_s / 5)) is None:
+            if time.monotonic() > end:
+                raise DeviceFailed(f"{self.name} has said nothing for {self._silence_s:g} s; check cable and power")
             self._link.write(_STATUS)
-        raise DeviceFailed(f"{self.name} has said nothing for {self._silence_s:g} s; check cable and power")
+        return answer
 
     def _state(self) -> str:
         """What it does now, such as Idle, Run, Hold:0, Alarm."""
         self._link.write(_STATUS)
         end = time.monotonic() + self._silence_s
-        while time.monotonic() < end:
-            answer = self._lines.next(max(end - time.monotonic(), 0)) or ""
-            if answer.startswith("<"):
-                return answer.strip("<>").partition("|")[0]
-        raise DeviceFailed(f"{self.name} does not tell its state; check cable and power")
+        while not (answer := self._lines.next(max(end - time.monotonic(), 0)) or "").startswith("<"):
+            if time.monotonic() > end:
+                raise DeviceFailed(f"{self.name} does not tell its state; check cable and power")
+        return answer.strip("<>").partition("|")[0]
 
     def _greet(self) -> None:
         """Reset it until its greeting comes; a board that has just been plugged in takes a while to start."""
@@ -191,8 +190,9 @@ class Grbl:
         heard: str | None = None
         for _ in range(4):
             self._link.write(_RESET)
-            end = time.monotonic() + self._silence_s / 4
-            while (left := end - time.monotonic()) > 0:
+            left = self._silence_s / 4
+            end = time.monotonic() + left
+            while left > 0:
                 try:
                     heard = self._lines.next(left) or heard
                 except Noise:
@@ -200,6 +200,7 @@ class Grbl:
                 if heard and BANNER.match(heard):
                     self._quiet()
                     return
+                left = end - time.monotonic()
         said = f"it says {heard[:40]!r}" if heard else "it says nothing"
         raise DeviceFailed(f"{self.name}: no GRBL answers, {said}; check port, baud rate and power")
 
