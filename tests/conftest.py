@@ -7,14 +7,19 @@ import sys
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 SHARED = Path(__file__).parents[2] / "shared"
 SLOW_SAMPLE = 3
 """Every how many-th slow test runs when LIMNER_SLOW is not set."""
 
+EXPLORES = os.environ.get("LIMNER_SLOW") == "1"
+"""Whether properties are tried on other examples each time; else a run is the same each time."""
+
 # A busy machine is no failure.
-settings.register_profile("limner", deadline=None)
+settings.register_profile(
+    "limner", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=not EXPLORES, database=None
+)
 settings.load_profile("limner")
 
 
@@ -44,7 +49,7 @@ def command(monkeypatch, capfd, tmp_path):
 
 def pytest_collection_modifyitems(config, items):
     """Keep every third slow test, all of them with LIMNER_SLOW=1 or when one is asked for by name."""
-    if os.environ.get("LIMNER_SLOW") == "1" or config.option.markexpr or config.option.keyword:
+    if EXPLORES or config.option.markexpr or config.option.keyword:
         return
     if any("::" in str(arg) for arg in config.args):
         return

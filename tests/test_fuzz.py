@@ -5,12 +5,13 @@ from __future__ import annotations
 import io
 import logging
 import random
+import time
 import warnings
 import zipfile
 
 import fuzz
 import pytest
-from fuzz import contract
+from fuzz import contract, seeds
 from fuzz.mutate import mutated
 from fuzz.run import run
 
@@ -36,6 +37,16 @@ def test_every_harness_has_a_corpus_that_reaches_its_reader(name):
     assert inputs
     assert any(contract.check(HARNESSES[name], data) for data in inputs) or name in ("grbl", "ebb", "rosbridge")
     assert sum(map(len, inputs)) < 500_000
+
+
+def test_seeds_are_the_same_whenever_they_are_written(monkeypatch):
+    made = list(seeds._all())
+    for name in ("asctime", "ctime"):
+        monkeypatch.setattr(time, name, lambda *_: "another time")
+    monkeypatch.setattr(time, "time", lambda: 1e9)
+    assert list(seeds._all()) == made
+    (mat,) = [data for harness, _, data in made if harness == "mat"]
+    assert (fuzz.CORPUS / "mat" / "seed-tiny.mat").read_bytes() == mat
 
 
 def test_the_same_seed_gives_the_same_run():

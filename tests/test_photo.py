@@ -449,3 +449,16 @@ def test_a_crop_outside_names_the_limits(box):
 def test_a_crop_that_is_no_box(box):
     with pytest.raises(BadInput, match="four whole numbers"):
         crop_photo(Photo(picture()), box)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there no library is asked for what it needs itself")
+def test_a_broken_tiff_says_nothing_in_the_terminal_but_our_line(capfd):
+    whole = encoded(Image.fromarray(picture()), "TIFF", compression="tiff_lzw")
+    broken = whole[:8] + b"\xff" * 64 + whole[72:]
+    with pytest.raises(BadInput, match="broken or cut short"):
+        load_photo(broken)
+    assert capfd.readouterr() == ("", "")
+    # Others hear libtiff as before, which shows too that there was something to be heard.
+    with pytest.raises(OSError), Image.open(io.BytesIO(broken)) as image:  # noqa: PT011 - whatever it says
+        image.load()
+    assert ".tif: " in capfd.readouterr().err

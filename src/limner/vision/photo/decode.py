@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from PIL import Image, UnidentifiedImageError
 
 from limner.errors import BadInput, LimnerError, MissingExtra
+from limner.vision.photo.tiff import silent_tiff
 
 MAX_PIXELS = 40_000_000
 """A larger picture is scaled down while it is loaded."""
@@ -37,9 +38,9 @@ logging.getLogger("PIL").addHandler(logging.NullHandler())
 def decoding(name: str) -> Iterator[None]:
     """Pillow with neither warnings nor its own size limit (ours names the file), and one kind of error.
 
-    Both are global to the process, hence the lock.
+    These are global to the process, hence the lock.
     """
-    with _pillow_globals, warnings.catch_warnings():
+    with _pillow_globals, warnings.catch_warnings(), silent_tiff():
         warnings.simplefilter("ignore")
         limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
         try:
