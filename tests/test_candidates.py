@@ -52,6 +52,11 @@ def test_why_names_all():
     assert "against a 0.50" in text
 
 
+def test_why_explains_a_kept_one_that_is_not_the_first_by_figures():
+    assert "a comes first" in why([item("a", 0.80), item("b", 0.81)])
+    assert "comes first" not in why([item("a", 0.82), item("b", 0.81)])
+
+
 def test_auto_keeps_the_best_of_what_it_drew_within_the_budget():
     photo, face = astronaut()
     auto = limner.draw(photo, face=face, style="auto", points=200)

@@ -156,6 +156,14 @@ def test_compare_shows_every_style(run, photo, face_file, tmp_path):
         assert sheet.width > 1000
 
 
+def test_compare_leaves_out_a_style_that_the_budget_does_not_allow(run, photo, face_file, tmp_path):
+    ran = run("compare", photo, "--landmarks", face_file, "-n", 40, "-o", "styles.png", "--json")
+    assert ran.code == 0
+    told = json.loads(ran.out)
+    assert "no stroke" in told["left_out"]["scribble"]
+    assert {report["style"] for report in told["styles"]} | set(told["left_out"]) == set(limner.STYLES)
+
+
 def test_settings_go_out_and_come_in(run, photo, face_file, tmp_path):
     page = ["--page", "a6", "--margin", "1cm", "--pen", "0.3mm"]
     style = ["--style", "canny", "--set", "canny.blur_px=2.5", "--save-settings", "s.toml"]
@@ -213,7 +221,11 @@ def test_degenerate_photos_give_one_clear_line(run, verb, name, tmp_path):
     ("arguments", "code", "words"),
     [
         (["draw", "nobody.jpg"], 2, ["nobody.jpg"]),
-        (["draw", "."], 2, ["directory"]),
+        (["draw", "."], 2, ["folder", "limner batch"]),
+        (["PHOTO"], 2, ["limner draw"]),
+        (["."], 2, ["limner batch ."]),
+        (["draw", "PHOTO", "--minutes", "3x"], 2, ["3x", "min, h"]),
+        (["draw", "PHOTO", "--style", "Gabr"], 2, ["did you mean gabor"]),
         (["draw", "PHOTO", "--face", "3"], 3, ["no face 3", "--face 1"]),
         (["draw", "PHOTO", "--face", "0"], 2, ["--face", "0"]),
         (["draw", "PHOTO", "--crop", "1,2,3"], 2, ["--crop", "x,y,w,h"]),
@@ -251,6 +263,56 @@ def test_mistakes_are_named_in_one_line(run, photo, arguments, code, words, tmp_
     for word in words:
         assert word.lower() in line.lower()
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("arguments", [(), ("evaluate",), ("train",), ("ros",)], ids=" ".join)
+def test_a_group_alone_shows_its_help_as_it_is(run, arguments):
+    ran = run(*arguments)
+    assert ran.code == 2
+    assert ran.err == run(*arguments, "--help").out
+    told = ran.err.partition("\nCommands:\n")[2]
+    assert told
+    assert "..." not in told  # nothing said of a command is cut off
+
+
+def test_a_name_that_begins_with_a_dash_is_explained(run, photo, tmp_path):
+    (tmp_path / "-selfie.jpg").write_bytes(photo.read_bytes())
+    assert one_line(run("draw", "-selfie.jpg")) == "limner: -selfie.jpg is read as options; write ./-selfie.jpg"
+
+
+@pytest.mark.parametrize(("text", "said"), [("style = gabor", "quotes"), ("[gabor]\norientation = 4", "orientations")])
+def test_a_wrong_settings_file_is_named(run, photo, text, said, tmp_path):
+    (tmp_path / "my.toml").write_text(text)
+    line = one_line(run("draw", photo, "--settings", "my.toml"))
+    assert "my.toml" in line
+    assert said in line
+
+
+def test_the_help_of_draw_begins_with_what_is_drawn_where(run):
+    options = [line.split()[0].rstrip(",") for line in run("draw", "--help").out.splitlines() if line[:3] == "  -"]
+    assert options[:4] == ["-o", "-s", "-n", "--minutes"]
+
+
+@pytest.mark.parametrize(("verb", "said"), [("draw", "drawing in the style portrait"), ("compare", "10/10")])
+def test_on_a_terminal_draw_and_compare_say_what_they_do(verb, said, photo, face_file, tmp_path):
+    pty = pytest.importorskip("pty")
+    command = [sys.executable, "-m", "limner", verb, str(photo), "--landmarks", str(face_file), "-n", "40"]
+    ours, theirs = pty.openpty()
+    environment = os.environ | {"TERM": "xterm", "COLUMNS": "100"}
+    with subprocess.Popen(command, stderr=theirs, stdout=subprocess.DEVNULL, cwd=tmp_path, env=environment) as process:
+        os.close(theirs)
+        seen = b"".join(iter(lambda: _read(ours), b""))
+        assert process.wait() == 0
+    os.close(ours)
+    assert said in seen.decode()
+
+
+def _read(terminal):
+    """What a terminal was told; nothing when it was closed, which Linux makes an error."""
+    try:
+        return os.read(terminal, 65536)
+    except OSError:
+        return b""
 
 
 def test_two_faces_are_told_and_chosen(run, photo, tmp_path):

@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 
 from limner.errors import BadInput
 from limner.types import Page
-from limner.units import LENGTHS_MM, PAGES_MM, TIMES_S, parse_length_mm, parse_page, parse_time_s
+from limner.units import LENGTHS_MM, PAGES_MM, TIMES_S, parse_length_mm, parse_minutes, parse_page, parse_time_s
 
 
 @pytest.mark.parametrize(
@@ -31,6 +31,11 @@ def test_length_is_the_number_times_its_unit(number, unit):
 @given(st.floats(0, 1e6), st.sampled_from(sorted(TIMES_S)))
 def test_time_is_the_number_times_its_unit(number, unit):
     assert parse_time_s(f"{number!r}{unit}") == pytest.approx(number * TIMES_S[unit])
+
+
+@pytest.mark.parametrize(("text", "minutes"), [("3", 3), ("3min", 3), ("90s", 1.5), ("1.5 h", 90)])
+def test_minutes_take_any_unit_of_time_and_are_minutes_without_one(text, minutes):
+    assert parse_minutes(text) == pytest.approx(minutes)
 
 
 @pytest.mark.parametrize("name", PAGES_MM)

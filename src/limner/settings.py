@@ -160,7 +160,7 @@ def read_toml(tree: type[Tree], text: str) -> Tree:
     try:
         values = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise BadInput(f"settings: not TOML ({error})") from error
+        raise BadInput(f'settings: not TOML ({error}); a text stands in quotes, as in name = "text"') from error
     return tree.from_dict(values)
 
 
@@ -214,8 +214,14 @@ def _checked(value: Any, hint: Any, about: About, name: str) -> Any:
         wanted = " or ".join(_WORDS[kind] for kind in kinds if kind is not types.NoneType)
         raise BadInput(f"settings: {name} = {value!r}, expected {wanted}{_limits(about)}")
     if not _within(value, about):
-        raise BadInput(f"settings: {name} = {value!r} is outside{_limits(about) or ' what is finite'}")
+        allowed = _limits(about) or " what is finite"
+        raise BadInput(f"settings: {name} = {value!r} is outside{allowed}{_near(value, about)}")
     return value
+
+
+def _near(value: Scalar, about: About) -> str:
+    close = difflib.get_close_matches(str(value).lower(), about.choices, n=1, cutoff=0.7)
+    return f"; did you mean {close[0]}?" if close else ""
 
 
 def _within(value: Any, about: About) -> bool:

@@ -48,6 +48,15 @@ def parse_time_s(text: str, name: str = "time") -> float:
     return _quantity(text, name, TIMES_S, "s")
 
 
+def parse_minutes(text: str) -> float:
+    """Minutes from ``3min``, ``90s``, ``1.5h`` or a bare number of minutes.
+
+    Raises:
+        BadInput: no number, or a unit that is none of ``TIMES_S``.
+    """
+    return _quantity(text, "minutes", {unit: seconds / 60 for unit, seconds in TIMES_S.items()}, "min")
+
+
 def parse_page(text: str, margin_mm: float = 10.0) -> Page:
     """A page from its name or sides: ``a4``, ``letter``, ``120x160mm``, ``5x7in``, ``a5:landscape``.
 

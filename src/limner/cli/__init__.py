@@ -53,15 +53,23 @@ class LazyGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """As click does, with the nearest names for one that does not exist."""
         if args and not args[0].startswith("-") and args[0] not in COMMANDS:
-            close = difflib.get_close_matches(args[0], COMMANDS, n=1)
-            hint = f"did you mean '{close[0]}'?" if close else f"choose from {', '.join(COMMANDS)}"
-            raise click.UsageError(f"no command '{args[0]}'; {hint}", ctx)
+            raise click.UsageError(f"no command '{args[0]}'; {_instead(args[0])}", ctx)
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The table of commands, from ``COMMANDS`` alone."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
+
+
+def _instead(name: str) -> str:
+    """What was meant by a name that is no command."""
+    if os.path.isfile(name):
+        return f"a photo is drawn by: limner draw {name}"
+    if os.path.isdir(name):
+        return f"a folder of photos is drawn by: limner batch {name} -o DIR"
+    close = difflib.get_close_matches(name, COMMANDS, n=1)
+    return f"did you mean '{close[0]}'?" if close else f"choose from {', '.join(COMMANDS)}"
 
 
 _HELP = """From a photo of a face to a portrait in pen strokes.
@@ -93,7 +101,7 @@ def main() -> NoReturn:
     except (click.exceptions.Abort, KeyboardInterrupt):
         code = _say("interrupted", 130)
     except click.ClickException as error:
-        code = _say(_usage(error), 2)
+        code = _mistake(error, arguments)
     except BrokenPipeError:
         # The reader of our output (`limner face --json | head`) has gone: nothing is left to say.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -118,8 +126,16 @@ def _say(message: str, code: int, debug: bool = False) -> int:
     return code
 
 
-def _usage(error: click.ClickException) -> str:
-    message = error.format_message().rstrip(".")
-    if isinstance(error, click.UsageError) and error.ctx is not None:
-        return f"{message}; see: {error.ctx.command_path} --help"
-    return message
+def _mistake(error: click.ClickException, arguments: list[str]) -> int:
+    message = error.format_message()
+    if not isinstance(error, click.UsageError) or error.ctx is None:
+        return _say(message, 2)
+    if message == error.ctx.get_help():
+        # A group alone; click, from 8.2 on, makes its help an error.
+        click.echo(message, err=True)
+        return 2
+    # A name that begins with a dash has been read as options.
+    for name in arguments:
+        if name.startswith("-") and os.path.exists(name):
+            return _say(f"{name} is read as options; write ./{name}", 2)
+    return _say(f"{message.rstrip('.')}; see: {error.ctx.command_path} --help", 2)

@@ -11,6 +11,8 @@ import click
 import numpy as np
 
 from limner import storage, transforms
+from limner.cli.progress import busy
+from limner.cli.words import many
 from limner.errors import BadInput
 from limner.motion.arm.calibrate import calibrate
 from limner.motion.arm.ik import inverse
@@ -67,7 +69,8 @@ def plan(wish: ArmWish, robot: str, settings: Settings) -> None:
     arm = load_robot(robot)
     sheet, probed = read_calibration(wish.calibration) if wish.calibration else (None, {})
     drawing = read_drawing(wish.drawing)
-    planned = plan_arm(drawing, arm, settings.arm, sheet)
+    with busy(f"looking for the place of the sheet and the motion of {arm.name}"):
+        planned = plan_arm(drawing, arm, settings.arm, sheet)
     _write(wish, planned, drawing, settings)
     written = [*wish.out, *wish.bags, *filter(None, (wish.waypoints, wish.reach))]
     report = planned.report() | {"pens": len(np.unique(drawing.layer))} | probed | {"out": written}
@@ -164,7 +167,7 @@ def _reach_png(robot: Robot, planned: ArmPlan, settings: ArmSettings) -> bytes:
 def _lines(report: dict[str, Any]) -> list[str]:
     x, y, z = (row[3] for row in report["base_from_paper"][:3])
     lines = [
-        f"{report['robot']}: {report['seconds']:.0f} s for {report['strokes']} strokes,"
+        f"{report['robot']}: {report['seconds']:.0f} s for {many(report['strokes'], 'stroke')},"
         f" {report['ink_s']:.0f} s of them from the first ink to the last",
         f"sheet: lower left corner at ({x:.3f}, {y:.3f}, {z:.3f}) m; joints stay {report['margin_deg']:.0f} deg from"
         f" their limits, use {100 * report['velocity_used']:.0f} % of their speed and"

@@ -23,6 +23,7 @@ from limner.batch.work import TRAJECTORY, Recipe
 from limner.cli import options
 from limner.cli.gathered import gathered
 from limner.cli.progress import bars
+from limner.cli.words import many
 from limner.errors import BadInput
 from limner.motion.arm.robots import ROBOTS, load_robot
 from limner.pipeline import FORMATS, Settings, without_effect
@@ -173,7 +174,7 @@ def _short(summary: Summary) -> str:
     kept = f", {summary.kept} were drawn already" if summary.kept else ""
     failed = f", {summary.failed} could not be" if summary.failed else ""
     rate = f" ({summary.per_minute():.0f} a minute)" if summary.drawn else ""
-    return f"{summary.photos} photos: {summary.drawn} drawn{kept}{failed}, in {summary.seconds():.1f} s{rate}"
+    return f"{many(summary.photos, 'photo')}: {summary.drawn} drawn{kept}{failed}, in {summary.seconds():.1f} s{rate}"
 
 
 def _told(summary: Summary) -> list[str]:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import click
 
 from limner import pipeline, storage
 from limner.cli import options
+from limner.cli.progress import bars
+from limner.cli.words import many
+from limner.errors import CannotDraw
 from limner.pipeline import Portrait, Settings
 from limner.targets.framing import frame_face, frame_photo
 from limner.targets.image import to_rgb
@@ -21,9 +25,9 @@ PX_PER_MM = 6.0
 
 
 @click.command(short_help="Draw a photo in every style, side by side on one sheet.")
-@options.photo_options
 @click.option("--out", "-o", metavar="FILE", help="Where to, a .png. Default: the photo's name with -styles.png.")
 @options.drawing_options
+@options.photo_options
 @options.settings_options
 @options.json_option
 @click.pass_context
@@ -44,14 +48,40 @@ def compare(
     out = out or f"{options.stem(photo)}-styles.png"
     options.check_suffix(out, ".png")
     session = pipeline.Session(photo)
-    portraits = [session.draw(settings.replace(style=style), crop=crop, number=number or 1) for style in STYLES]
+    portraits, left_out = every_style(
+        lambda of: session.draw(settings.replace(style=of), crop=crop, number=number or 1)
+    )
     storage.write_whole(out, to_png(to_sheet(tiles(portraits), columns=5)))
     if as_json:
-        click.echo(json.dumps({"out": [out], "styles": [portrait.report() for portrait in portraits]}))
+        styles = [portrait.report() for portrait in portraits]
+        click.echo(json.dumps({"out": [out], "styles": styles, "left_out": left_out}))
     else:
         for portrait in portraits:
             click.echo(f"{portrait.settings.style}: {counts(portrait)}", err=True)
+        for style, error in left_out.items():
+            click.echo(f"{style}: left out: {error}", err=True)
         click.echo(out, err=True)
+
+
+def every_style(draw: Callable[[str], Portrait]) -> tuple[list[Portrait], dict[str, str]]:
+    """The portrait of each style that can be drawn, and why the others cannot.
+
+    Raises:
+        CannotDraw: none can.
+    """
+    portraits: list[Portrait] = []
+    left_out: dict[str, str] = {}
+    with bars() as watch:
+        for done, style in enumerate(STYLES, 1):
+            watch("styles", done - 1, len(STYLES), style)
+            try:
+                portraits.append(draw(style))
+            except CannotDraw as error:
+                if done == len(STYLES) and not portraits:
+                    raise
+                left_out[style] = str(error)
+            watch("styles", done, len(STYLES), style)
+    return portraits, left_out
 
 
 def tiles(portraits: list[Portrait]) -> list[Tile]:
@@ -71,4 +101,5 @@ def counts(portrait: Portrait) -> str:
     """Strokes, points, ink and likeness, in a few words."""
     report = portrait.report()
     ink = f"{report['ink_mm'] / 1000:.2f} m ink"
-    return f"{report['strokes']} strokes, {report['points']} points, {ink}, likeness {report['likeness']:.2f}"
+    drawn = f"{many(report['strokes'], 'stroke')}, {many(report['points'], 'point')}"
+    return f"{drawn}, {ink}, likeness {report['likeness']:.2f}"

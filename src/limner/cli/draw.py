@@ -12,6 +12,8 @@ import click
 from limner import pipeline, storage
 from limner.cli import options
 from limner.cli.gathered import gathered
+from limner.cli.progress import busy
+from limner.cli.words import many
 from limner.errors import BadInput, CannotDraw
 from limner.pipeline import Settings
 from limner.targets.image import encode_png
@@ -46,7 +48,6 @@ class DrawWish:
 
 
 @click.command(short_help="Draw the person in a photo as ordered pen strokes.")
-@options.photo_options
 @click.option(
     "--out",
     "-o",
@@ -55,23 +56,24 @@ class DrawWish:
     help=f"Where to: {', '.join(pipeline.FORMATS)}, - for SVG on stdout; may be repeated. Default: the photo's name"
     " as .svg.",
 )
+@options.flag("style", "--style", "-s", metavar="STYLE")
+@options.drawing_options
+@options.flag("tone.level", "--tone", metavar="LEVEL")
+@options.flag("complete", "--complete", metavar="FEATURES")
 @click.option(
     "--picture",
     metavar="FILE",
     help=f"Write the picture in colours, a .png, too; of the styles {', '.join(pipeline.PICTURES)}.",
 )
+@options.photo_options
 @click.option("--refuse-bad", is_flag=True, help="Draw nothing from a bad photo (blurred, dark, covered, ...).")
-@click.option("--robot", metavar="NAME", help="With --simulate: the arm that draws. Default: dumbo.")
 @click.option(
     "--simulate",
     "simulation",
     metavar="DIR",
     help="Let a simulated robot arm draw it: trajectory, ink, force and report go into this folder.",
 )
-@options.flag("style", "--style", "-s", metavar="STYLE")
-@options.flag("tone.level", "--tone", metavar="LEVEL")
-@options.flag("complete", "--complete", metavar="FEATURES")
-@options.drawing_options
+@click.option("--robot", metavar="NAME", help="With --simulate: the arm that draws. Default: dumbo.")
 @options.settings_options
 @options.json_option
 @click.pass_context
@@ -85,7 +87,8 @@ def draw(ctx: click.Context, wish: DrawWish, save_settings: Path | None) -> None
     settings = options.chosen_settings(ctx, Settings, save_settings)
     outs = wish.out or (default_out(wish.photo),)
     _check(wish, outs, settings)
-    portrait = pipeline.draw(wish.photo, settings, crop=wish.crop, number=wish.number or 1)
+    with busy(f"drawing in the style {settings.style}"):
+        portrait = pipeline.draw(wish.photo, settings, crop=wish.crop, number=wish.number or 1)
     if wish.refuse_bad and portrait.photo_notes:
         raise CannotDraw(f"{wish.photo}: {portrait.photo_notes[0]}")
     for path in outs:
@@ -133,7 +136,8 @@ def arm_draws(portrait: pipeline.Portrait, robot: str, folder: str) -> dict[str,
     from limner.motion.arm.robots import load_robot
 
     arm, settings = load_robot(robot), portrait.settings
-    planned = plan_arm(portrait.drawing, arm, settings.arm)
+    with busy(f"looking for the place of the sheet and the motion of {arm.name}"):
+        planned = plan_arm(portrait.drawing, arm, settings.arm)
     pen = portrait.drawing.pen
     wanted = Wanted(folder, photo=portrait.photo, allowed=settings.arm.allowed)
     report = simulated(planned.trajectory, arm, settings.simulation, portrait.drawing, pen, wanted)
@@ -160,12 +164,12 @@ def summary(report: dict[str, Any]) -> str:
     """What was drawn, in a few lines."""
     others = f"; {report['faces'] - 1} more in the photo, choose with --face" if report["faces"] > 1 else ""
     lines = [
-        f"{report['style']}: {report['strokes']} strokes, {report['points']} points, "
+        f"{report['style']}: {many(report['strokes'], 'stroke')}, {many(report['points'], 'point')}, "
         f"{report['ink_mm'] / 1000:.2f} m of ink, {report['travel_mm'] / 1000:.2f} m between strokes{price(report)}, "
         f"likeness {report['likeness']:.2f}, "
         f"{report['seconds']['total']:.1f} s{others}"
     ]
-    return "\n".join(lines + report["out"])
+    return "\n".join(lines + report["out"] + report.get("simulation", {}).get("out", []))
 
 
 def price(report: dict[str, Any]) -> str:

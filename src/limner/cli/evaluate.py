@@ -38,7 +38,7 @@ def evaluate() -> None:
     """Measure accuracy and speed."""
 
 
-@evaluate.command()
+@evaluate.command(short_help="Time every stage, and measure the memory of `limner draw`.")
 @click.argument("photo", metavar="[PHOTO]", required=False)
 @click.option("--runs", type=click.IntRange(1), default=5, metavar="N", help="Runs of each figure. Default: 5.")
 @click.option(
@@ -85,7 +85,7 @@ def _bench(photo: Photo, rows: list[Row], count: int, write: str | None) -> dict
     return measured.to_dict()
 
 
-@evaluate.command()
+@evaluate.command(short_help="Time `limner studio`: its start, photo to drawing, sliders.")
 @click.argument("photo", metavar="[PHOTO]", required=False)
 @click.option("--runs", type=click.IntRange(1), default=10, metavar="N", help="Runs of each slider. Default: 10.")
 @click.option("--photos", type=click.IntRange(1), default=200, metavar="N", help="For its memory. Default: 200.")
@@ -99,7 +99,7 @@ def studio(photo: str | None, runs: int, photos: int, as_json: bool) -> None:
         Console(highlight=False).print(speed_table(rows, "limner studio: speed and memory"))
 
 
-@evaluate.command()
+@evaluate.command(short_help="Measure travel, against a long search, and curves.")
 @click.argument("photo", metavar="[PHOTO]", required=False)
 @click.option("--kicks", type=click.IntRange(1), default=200, metavar="N", help="Of the long search. Default: 200.")
 @options.json_option
@@ -114,7 +114,7 @@ def strokes(photo: str | None, kicks: int, as_json: bool) -> None:
         Console(highlight=False).print(speed_table(rows, "limner: strokes", 3))
 
 
-@evaluate.command()
+@evaluate.command(short_help="Plan and simulate how an arm draws, the thesis's way beside it.")
 @click.argument("photo", metavar="[PHOTO]", required=False)
 @click.option("--robot", default="dumbo", metavar="NAME", help="The arm, or a URDF of your own. Default: dumbo.")
 @click.option("--points", "-n", type=click.IntRange(10), default=600, metavar="N", help="At most. Default: 600.")
@@ -150,7 +150,7 @@ def astronaut() -> Path:
     return sample_folder() / "astronaut.png"
 
 
-@evaluate.command("ros")
+@evaluate.command("ros", short_help="Time `limner ros`, from a photo to its trajectory.")
 @click.argument("photo", metavar="[PHOTO]", required=False)
 @click.option(
     "--portraits", type=click.IntRange(2), default=20, metavar="N", help="Drawn one after the other. Default: 20."

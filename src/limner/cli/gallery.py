@@ -15,7 +15,7 @@ from limner.targets.image import encode_png, encode_webp
 from limner.targets.sheet import Tile, to_sheet
 
 
-@click.command()
+@click.command(short_help="Draw photos in some styles, all on one sheet.")
 @click.argument("photos", nargs=-1, required=True, metavar="PHOTO...")
 @click.option(
     "--out",

@@ -57,7 +57,7 @@ class Faces(NamedTuple):
     samples: list[Sample]
 
 
-@click.command()
+@click.command(short_help="Measure detectors side by side on annotated photos.")
 @click.option("--data", multiple=True, required=True, metavar="DIR", help="Annotated photos; may be repeated.")
 @click.option(
     "--detector", "detectors", multiple=True, metavar="NAME", help="fmp (default) or mediapipe; may be repeated."

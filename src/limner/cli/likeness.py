@@ -21,7 +21,7 @@ from limner.vision.lines import STYLES
 POINTS = (150, 300, 600, 1200)
 
 
-@click.command()
+@click.command(short_help="Measure how well drawings are recognised.")
 @click.argument("folder", metavar="FOLDER")
 @click.option("--styles", metavar="NAMES", help=f"Joined by commas. Default: {','.join(STYLES)}.")
 @click.option(

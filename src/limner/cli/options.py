@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -26,7 +26,14 @@ _FILE = "limner.settings"
 _MODEL = "limner.model"
 
 
-class Crop(click.ParamType["tuple[int, int, int, int]"]):
+if TYPE_CHECKING:
+    _Rectangle = click.ParamType[tuple[int, int, int, int]]
+else:
+    # Before click 8.4 it cannot be subscripted.
+    _Rectangle = click.ParamType
+
+
+class Crop(_Rectangle):
     """A rectangle ``x,y,w,h`` in photo pixels."""
 
     name = "x,y,w,h"
@@ -99,6 +106,12 @@ def _keep_model(ctx: click.Context, param: click.Parameter, value: str | None) -
     ctx.meta[_MODEL] = value
 
 
+def _one_photo(ctx: click.Context, param: click.Parameter, value: str) -> str:
+    if Path(value).is_dir():
+        raise BadInput(f"{value}: is a folder, expected a photo; `limner batch` draws all that are in a folder")
+    return value
+
+
 def _face_from_file(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
     if value is not None:
         _assign(ctx, "detect.detector", "file")
@@ -107,7 +120,7 @@ def _face_from_file(ctx: click.Context, param: click.Parameter, value: str | Non
 
 photo_options: Callable[[Any], Any] = together(
     [
-        click.argument("photo", metavar="PHOTO"),
+        click.argument("photo", metavar="PHOTO", callback=_one_photo),
         click.option("--crop", type=Crop(), help="Look only at this part of the photo [px, from the top left]."),
         click.option(
             "--face", "number", type=click.IntRange(1), metavar="N", help="The N-th largest face. Default: 1."
@@ -134,7 +147,7 @@ photo_options: Callable[[Any], Any] = together(
 drawing_options: Callable[[Any], Any] = together(
     [
         flag("select.points", "--points", "-n", metavar="N"),
-        flag("select.minutes", "--minutes", metavar="M"),
+        flag("select.minutes", "--minutes", parse=units.parse_minutes, metavar="M"),
         flag("machine", "--machine", metavar="NAME"),
         switch("svg.curves", "--curves"),
         flag("order.by", "--order", metavar="ORDER"),
@@ -180,7 +193,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print one JS
 def chosen_settings(ctx: click.Context, tree: type[Tree], save_to: Path | None = None) -> Tree:
     """The settings that the command was given: the file, then the options; written to ``save_to`` when asked."""
     file = ctx.meta.get(_FILE)
-    settings = read_toml(tree, read_text(file)) if file else tree()
+    settings = _settings_in(tree, file) if file else tree()
     for path, text in ctx.meta.get(_ASSIGNED, []):
         settings = settings.assign(path, text)
     if ctx.meta.get(_MODEL) and isinstance(settings, Settings):
@@ -188,6 +201,14 @@ def chosen_settings(ctx: click.Context, tree: type[Tree], save_to: Path | None =
     if save_to is not None:
         storage.write_whole(save_to, write_toml(settings).encode())
     return settings
+
+
+def _settings_in(tree: type[Tree], file: Path) -> Tree:
+    text = read_text(file)
+    try:
+        return read_toml(tree, text)
+    except BadInput as error:
+        raise BadInput(f"{file}: {error}") from error
 
 
 def model_path(settings: Settings, file: str) -> str:

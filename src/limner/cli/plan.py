@@ -81,7 +81,8 @@ def plan(
     """See ``help`` above, which names the formats."""
     settings = options.chosen_settings(ctx, Settings, save_settings)
     if robot is not None:
-        refuse(by_plotter, _PLOTTER, "is for plotters; leave it out with --robot")
+        film_it = "; `limner simulate --film` films an arm" if by_plotter.film else ""
+        refuse(by_plotter, _PLOTTER, f"is for plotters; leave it out with --robot{film_it}")
         arm.plan(by_arm, robot, settings)
     else:
         refuse(by_arm, _ARM, "is for arms; name one with --robot")

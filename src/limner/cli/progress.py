@@ -10,6 +10,7 @@ from rich.progress import (
     BarColumn,
     Progress,
     ProgressColumn,
+    SpinnerColumn,
     TaskID,
     TextColumn,
     TimeElapsedColumn,
@@ -18,6 +19,16 @@ from rich.progress import (
 
 Watch = Callable[[str, int, int, str], None]
 """Told what is being done, how much of it is done, of how much, and a few words."""
+
+
+@contextmanager
+def busy(what: str) -> Iterator[None]:
+    """Say what is being done, and for how long already, while the body runs; then it is gone again."""
+    console = Console(stderr=True)
+    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        progress.add_task(what, total=None)
+        yield
 
 
 @contextmanager

@@ -12,7 +12,7 @@ def ros() -> None:
     """Draw with an arm through ROS 1: docs/ros.md has all topics, services and parameters."""
 
 
-@ros.command(context_settings=_ARGUMENTS)
+@ros.command(short_help="The node that draws: images in, portraits and motions out.", context_settings=_ARGUMENTS)
 @click.argument("arguments", metavar="[NAME:=VALUE]...", nargs=-1, type=click.UNPROCESSED)
 def node(arguments: tuple[str, ...]) -> None:
     """The node that draws: images in, portraits and motions out, services to start, pause, resume and stop.
@@ -24,7 +24,7 @@ def node(arguments: tuple[str, ...]) -> None:
     nodes.run(list(arguments))
 
 
-@ros.command(context_settings=_ARGUMENTS)
+@ros.command(short_help="A simulated arm behind a FollowJointTrajectory action.", context_settings=_ARGUMENTS)
 @click.argument("arguments", metavar="[NAME:=VALUE]...", nargs=-1, type=click.UNPROCESSED)
 def controller(arguments: tuple[str, ...]) -> None:
     """A simulated arm behind a FollowJointTrajectory action, with joint states and feedback at 50 Hz.
@@ -37,7 +37,7 @@ def controller(arguments: tuple[str, ...]) -> None:
     controllers.run(list(arguments))
 
 
-@ros.command(context_settings=_ARGUMENTS)
+@ros.command(short_help="All of it, without hardware, and rviz.", context_settings=_ARGUMENTS)
 @click.argument("source", metavar="PHOTO|DRAWING")
 @click.argument("arguments", metavar="[NAME:=VALUE]...", nargs=-1, type=click.UNPROCESSED)
 @click.option("--robot", default="dumbo", metavar="NAME", help="The arm, or a URDF of your own. Default: dumbo.")

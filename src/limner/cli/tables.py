@@ -29,7 +29,7 @@ from limner.vision.refine.descent_training import DescentTrainSettings
 Found = dict[str, list[Face | None]]
 
 
-@click.command()
+@click.command(short_help="The thesis's tables 3.1 to 3.4, ours beside theirs.")
 @click.option("--data", multiple=True, required=True, metavar="DIR", help="Annotated photos; folders are one set.")
 @click.option(
     "--detector",
@@ -105,7 +105,7 @@ def _show(grids: list[Grid], as_json: bool) -> None:
         console.print(table, "")
 
 
-@click.command()
+@click.command(short_help="The thesis's figures 3.1 to 3.14 of a photo.")
 @click.argument("photos", metavar="PHOTO...", nargs=-1, required=True)
 @click.option("--out", "-o", required=True, metavar="DIR", help="Folder for figure-3.1.png to figure-3.14.png.")
 @options.settings_options

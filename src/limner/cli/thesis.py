@@ -21,7 +21,7 @@ from limner.vision.photo import load_photo
 MOST_PHOTOS = 6
 
 
-@click.command(short_help="The whole thesis on your photos, ours beside its figures, as one page.")
+@click.command(short_help="The whole thesis on your photos, as one page.")
 @click.argument("more", metavar="[PHOTO]...", nargs=-1)
 @click.option("--photos", multiple=True, metavar="PHOTO", help="A portrait; may be repeated, or simply go on after it.")
 @click.option("--imm", metavar="DIR", help="Folder of the IMM set (images/, landmarks.npz) for tables 3.1, 3.2, 3.4.")

@@ -29,7 +29,7 @@ def train() -> None:
     """Train the models that limner ships."""
 
 
-@train.command()
+@train.command(short_help="Train the face model (thesis 3.2.1).")
 @click.option("--data", multiple=True, required=True, metavar="DIR", help="Annotated photos; may be repeated.")
 @click.option("--scenes", multiple=True, metavar="DIR", help="Pictures without a face; may be repeated.")
 @click.option("--out", "-o", required=True, metavar="FILE", help="Where to, an .npz.")
@@ -90,7 +90,7 @@ def fmp(
         click.echo(out, err=True)
 
 
-@train.command("import")
+@train.command("import", short_help="Turn a model of Zhu & Ramanan into one of ours.")
 @click.argument("file", metavar="FILE.mat")
 @click.option("--out", "-o", required=True, metavar="FILE", help="Where to, an .npz.")
 @options.json_option

@@ -21,7 +21,7 @@ from limner.vision.refine.shape import save_shape, train_shape
 _DATA_HELP = "Annotated photos: a folder, or the very landmarks*.npz in it; may be repeated."
 
 
-@click.command()
+@click.command(short_help="Train the principal components of face shapes (thesis 3.3.6).")
 @click.option("--data", multiple=True, required=True, metavar="DIR", help=_DATA_HELP)
 @click.option("--out", "-o", required=True, metavar="FILE", help="Where to, an .npz.")
 @options.json_option
@@ -41,7 +41,7 @@ def shape(data: tuple[str, ...], out: str, as_json: bool) -> None:
         click.echo(f"trained on {len(faces)} faces; {count} components hold 99 % of the variance\n{out}", err=True)
 
 
-@click.command()
+@click.command(short_help="Train the correction `best`, a learnt cascade.")
 @click.option("--data", multiple=True, required=True, metavar="DIR", help=_DATA_HELP)
 @click.option(
     "--detector",
@@ -79,7 +79,7 @@ def best(
         click.echo(f"trained on {len(samples)} faces and {len(habits)} detections\n{out}", err=True)
 
 
-@click.command()
+@click.command(short_help="Train what scores how much of a person is in a drawing.")
 @click.option("--data", required=True, metavar="DIR", help="People in two photos each, as `limner evaluate likeness`.")
 @click.option("--gallery", multiple=True, metavar="DIR", help="Annotated photos of other people; may be repeated.")
 @click.option("--out", "-o", required=True, metavar="FILE", help="Where to, an .npz.")

@@ -56,7 +56,9 @@ def compose(strokes: Strokes, page: Page, settings: ComposeSettings, pen: Pen | 
         BadInput: a point is absurdly far away.
     """
     if not strokes.lines_px:
-        raise NothingToDraw("no stroke is left to draw; use a clearer photo, or a style and settings that keep more")
+        raise NothingToDraw(
+            "no stroke is left to draw; use a clearer photo, a larger budget, or a style and settings that keep more"
+        )
     pen = pen or Pen()
     affine = page_from_photo(strokes, page, settings, pen)
     up = np.array([[affine[0, 0], 0, affine[0, 2]], [0, -affine[1, 1], page.height_mm - affine[1, 2]]])

@@ -43,6 +43,14 @@ def to_fields(value: Any) -> Any:
     return value
 
 
+def _type_of(fields: Any) -> str:
+    """Which type that is stored has these fields; nothing if none."""
+    if not isinstance(fields, Mapping):
+        return ""
+    names = [kind.__name__ for kind in STORED if set(fields) == {field.name for field in dataclasses.fields(kind)}]
+    return f"a {names[0]}" if names else ""
+
+
 def from_fields(kind: type[T], fields: Any) -> T:
     """The type from what ``to_fields`` gave.
 
@@ -53,7 +61,8 @@ def from_fields(kind: type[T], fields: Any) -> T:
     known = {*names, "pen"} if kind is Drawing else set(names)
     if not isinstance(fields, Mapping) or not set(fields) <= known:
         unknown = sorted(set(map(str, fields)) - known) if isinstance(fields, Mapping) else type(fields).__name__
-        raise BadInput(f"{kind.__name__}: expected an object with {', '.join(names)}; got {unknown}")
+        got = _type_of(fields) or unknown
+        raise BadInput(f"{kind.__name__}: expected an object with {', '.join(names)}; got {got}")
     given = dict(fields)
     if kind is Drawing and "pen" in given:  # as drawings of one pen were once stored
         given["pens"] = [given.pop("pen")]

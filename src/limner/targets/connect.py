@@ -70,7 +70,10 @@ def parse_address(text: str) -> Address:
         return Address(kind, port)
     if kind in ("ur", "rosbridge"):
         raise BadInput(f"--to {text}: an arm takes the motion that limner plan --robot writes; name it with --robot")
-    raise BadInput(f"--to {text}: expected grbl:PORT, ebb:PORT (such as grbl:/dev/ttyUSB0, ebb:COM3), sim: or fake:")
+    raise BadInput(
+        f"--to '{text}': expected grbl:PORT, ebb:PORT (such as grbl:/dev/ttyUSB0, ebb:COM3), sim: or fake:;"
+        " an arm is named with --robot and reached by ur:HOST or rosbridge:ws://HOST:PORT/TOPIC"
+    )
 
 
 def connect(address: Address, wiring: Wiring) -> Target:

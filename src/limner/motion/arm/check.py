@@ -34,7 +34,7 @@ def check(
     if trajectory.names != robot.joints:
         raise CannotDraw(
             f"trajectory: for the joints {', '.join(trajectory.names)};"
-            f" robot {robot.name} has {', '.join(robot.joints)}"
+            f" robot {robot.name} has {', '.join(robot.joints)}; name the one that it was planned for (--robot)"
         )
     _check_positions(trajectory, robot, tolerance)
     for name, values, limit in (

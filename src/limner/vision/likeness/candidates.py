@@ -73,7 +73,11 @@ def why(candidates: Sequence[Candidate]) -> str:
     """One line that says which was kept and why."""
     kept = candidates[best(candidates)]
     others = ", ".join(f"{item.style} {_figures(item)}" for item in candidates if item is not kept)
-    return f"kept {kept.style}: {_figures(kept)}; against {others}" if others else f"kept {kept.style}"
+    if not others:
+        return f"kept {kept.style}"
+    tied = max(item.worth for item in candidates) > kept.worth
+    rule = f"; differences of up to {TIE} mean little, and {kept.style} comes first" if tied else ""
+    return f"kept {kept.style}: {_figures(kept)}; against {others}{rule}"
 
 
 def _figures(item: Candidate) -> str:
