@@ -75,6 +75,16 @@ def test_trees_matched_together_are_matched_as_alone(seed):
         assert np.array_equal(together.places(k, roots), alone.places(0, roots))
 
 
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=20, deadline=None)
+def test_places_of_one_root_are_those_among_many(seed):
+    rng = np.random.default_rng(seed)
+    match = Forest([random_tree(rng, 6)]).match(rng.normal(size=(6, 7, 9)))
+    roots = np.stack(np.meshgrid(np.arange(9), np.arange(7)), axis=-1).reshape(-1, 2)
+    alone = [match.places(0, root[None])[0] for root in roots]
+    assert np.array_equal(match.places(0, roots), alone)
+
+
 @given(seed=st.integers(0, 2**32 - 1), rows=st.integers(3, 12), cols=st.integers(3, 12))
 @settings(max_examples=20, deadline=None)
 def test_responses_are_correlations(seed, rows, cols):

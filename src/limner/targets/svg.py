@@ -6,8 +6,8 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from html import escape  # xml.sax.saxutils loads all of HTTP beside it
 from typing import Any
-from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,7 +135,7 @@ def _number(value_mm: float) -> str:
 
 
 def _text(text: str) -> str:
-    return escape(_NOT_IN_XML.sub("\ufffd", text))
+    return escape(_NOT_IN_XML.sub("\ufffd", text), quote=False)
 
 
 def _about(about: Mapping[str, Any]) -> str:
@@ -143,4 +143,4 @@ def _about(about: Mapping[str, Any]) -> str:
         text = json.dumps(about, allow_nan=False, sort_keys=True)
     except (TypeError, ValueError) as error:
         raise BadInput(f"svg: what is told about the drawing cannot be written as JSON ({error})") from error
-    return f'<limner:about xmlns:limner="{ABOUT_NAMESPACE}">{escape(text)}</limner:about>'
+    return f'<limner:about xmlns:limner="{ABOUT_NAMESPACE}">{escape(text, quote=False)}</limner:about>'

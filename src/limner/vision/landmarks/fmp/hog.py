@@ -149,8 +149,8 @@ def _orientation(dx: Array, dy: Array) -> Array:
     left = np.where(down, dx <= 0, dx < 0)
     code: Array = left * np.uint8(5) + down * np.uint8(10)
     for bound in _BOUNDS:
-        code += along > across * dx.dtype.type(bound)
-    bins: Array = _BINS[code]
+        code += (along > across * dx.dtype.type(bound)).view(np.uint8)
+    bins: Array = _BINS.take(code)
     return bins
 
 
