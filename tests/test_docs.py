@@ -89,6 +89,15 @@ def test_the_reference_is_up_to_date():
     assert (ran.returncode, ran.stderr) == (0, "")
 
 
+def test_the_page_on_the_layout_names_what_there_is():
+    page, source = (ROOT / "docs/contributing.md").read_text(), ROOT / "src" / "limner"
+    parts = {path.stem for path in source.iterdir() if not path.name.startswith("_") and path.suffix in ("", ".py")}
+    assert {part for part in parts if not re.search(rf"\b{part}\b", page)} == set()
+    for word in re.findall(r"`([\w/]+(?:/|\.py)\w*)`", page):
+        places = [ROOT, source, *(path for path in source.rglob("*") if path.is_dir())]
+        assert any((place / word).exists() for place in places), word
+
+
 def test_the_site_builds_and_asks_no_other_host(tmp_path):
     pytest.importorskip("mkdocs", reason="mkdocs is not installed: pip install 'limner[docs]'")
     command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", tmp_path / "site"]
