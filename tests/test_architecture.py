@@ -55,7 +55,7 @@ HEAVY = {
     "serial": {"targets/serial_link.py"},
     "skimage": {"vision/landmarks/fmp/scenes.py"},
     "pillow_heif": {"vision/photo/decode.py"},
-    "urdf_parser_py": {"motion/arm/urdf.py"},
+    "urdf_parser_py": {"motion/arm/urdf_file.py"},
     "pinocchio": {"motion/arm/numeric_ik.py"},
     "mujoco": {"simulation/physics.py"},
     "dask": {"batch/cluster.py"},

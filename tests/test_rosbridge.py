@@ -194,7 +194,7 @@ def test_a_connection_lost_while_paused_is_had_again(arm):
 def test_an_arm_that_was_moved_meanwhile_is_not_driven_on(arm):
     def watch(place, waits):
         if place.stroke == 1:
-            arm.fake._q = arm.fake._q + 0.3
+            arm.fake.arm.put(arm.fake.q + 0.3)
 
     with pytest.raises(DeviceFailed, match=r"was moved, it is 17.2 degrees from where"):
         arm(watch=watch)

@@ -6,17 +6,14 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
-from xml.parsers import expat
 
 import numpy as np
 
 from limner import transforms
-from limner.errors import BadInput, MissingExtra
+from limner.errors import BadInput
 from limner.motion.arm.robot import Capsule, Mass, Robot
+from limner.motion.arm.urdf_file import read_urdf
 from limner.types import Floats, frozen_array
-
-MAX_BYTES = 20 * 2**20
-MAX_DEPTH = 50
 
 ASSUMED_ACCELERATION = 1.0
 """rad/s^2 (or m/s^2), where nothing says more: URDF has no field for it."""
@@ -70,48 +67,7 @@ def parse_urdf(data: bytes, name: str, request: ChainRequest | None = None) -> R
             one that mimics another between base and tip.
         MissingExtra: the URDF reader is not installed.
     """
-    _guard(data, name)
-    return _Tree(_read(data, name), name, request or ChainRequest()).robot()
-
-
-def _guard(data: bytes, name: str) -> None:
-    """Refuse what could exhaust an XML reader."""
-    if len(data) > MAX_BYTES:
-        raise BadInput(f"{name}: {len(data) / 2**20:.0f} MB is more than the {MAX_BYTES // 2**20} MB of a URDF")
-    depth = [0]
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        if not depth[0] and tag != "robot":
-            raise BadInput(f"{name}: is no URDF; its outermost element is <{tag}>, expected <robot>")
-        depth[0] += 1
-        if depth[0] > MAX_DEPTH:
-            raise BadInput(f"{name}: has elements nested deeper than {MAX_DEPTH}; this is no sane URDF")
-
-    def end(tag: str) -> None:
-        depth[0] -= 1
-
-    def entity(*declaration: Any) -> None:
-        raise BadInput(f"{name}: declares XML entities, which are not read; save it without them (run xacro first)")
-
-    parser = expat.ParserCreate()
-    parser.StartElementHandler, parser.EndElementHandler, parser.EntityDeclHandler = start, end, entity
-    try:
-        parser.Parse(data, True)
-    except (expat.ExpatError, ValueError, LookupError) as error:
-        raise BadInput(f"{name}: is no URDF ({error})") from error
-
-
-def _read(data: bytes, name: str) -> Any:
-    try:
-        from urdf_parser_py import urdf, xml_reflection
-    except ImportError as error:
-        raise MissingExtra(f"reading the robot {name}", "robot") from error
-    # The library prints what it does not know, such as Gazebo's tags; that is no error.
-    xml_reflection.core.on_error = lambda message: None
-    try:
-        return urdf.URDF.from_xml_string(data)
-    except Exception as error:  # the reader raises whatever its fields raise
-        raise BadInput(f"{name}: is no URDF ({' '.join(str(error).split())})") from error
+    return _Tree(read_urdf(data, name), name, request or ChainRequest()).robot()
 
 
 def _origin(thing: Any) -> Floats:
