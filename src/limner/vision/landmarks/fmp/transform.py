@@ -97,11 +97,13 @@ def _grow(maps: Array, axis: int, before: int, count: int, a: Array, steps: int)
     offer = np.empty_like(maps)
     fence = offer.swapaxes(1, axis)[:, -1]
     mine, theirs = maps.reshape(-1), offer.reshape(-1)
-    for step in range(steps):
-        np.subtract(maps, a * (2 * step + 1), out=offer)
+    later, earlier = mine[stride:], mine[:-stride]
+    from_before, from_after = theirs[:-stride], theirs[stride:]
+    for cost in a * (2 * np.arange(steps, dtype=a.dtype) + 1)[:, None, None, None]:
+        np.subtract(maps, cost, out=offer)
         fence.fill(-np.inf)
-        np.maximum(mine[stride:], theirs[:-stride], out=mine[stride:])
-        np.maximum(mine[:-stride], theirs[stride:], out=mine[:-stride])
+        np.maximum(later, from_before, out=later)
+        np.maximum(earlier, from_after, out=earlier)
     if before > steps:
         away = np.arange(before, steps, -1).astype(maps.dtype)[:, None]
         lines[:, : before - steps] = first[:, None] - a * away**2
