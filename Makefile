@@ -8,6 +8,7 @@
 # make dist   build sdist and wheel into dist
 # make licences  docs/licences.md: the licence of every package that is used
 # make bench-studio how long a person waits in the studio, in Chromium
+# make studio-pictures  the studio's screens in the documentation, and its example, drawn anew
 # make studio-3d    bundle the 3-D view of the studio (needs npm); make dist does it too where npm is
 # make clean  remove what was built
 
@@ -23,7 +24,7 @@ DEBIAN  = $(shell grep -v '^\#' tests/debian.txt)
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 
-.PHONY: fuzz studio-3d bench-studio demo test lint bench docs reference dist licences clean
+.PHONY: fuzz studio-3d bench-studio studio-pictures demo test lint bench docs reference dist licences clean
 .DEFAULT_GOAL := demo
 
 $(BIN)/python:
@@ -85,6 +86,9 @@ licences: $(VENV)/.dev
 
 bench-studio: $(VENV)/.dev
 	@PYTHONPATH=tests $(BIN)/python tools/studio_bench.py
+
+studio-pictures: $(VENV)/.dev
+	@PYTHONPATH=tests $(BIN)/python tools/studio_pictures.py
 
 studio-3d:
 	@command -v npm >/dev/null || { echo "the 3-D view needs npm (Debian: apt-get install npm)"; exit 2; }

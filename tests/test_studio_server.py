@@ -21,6 +21,8 @@ from PIL import Image
 from starlette.websockets import WebSocketDisconnect
 
 import studios
+from limner.errors import CannotDraw
+from limner.studio.computer import Computer
 from limner.studio.hub import Hub
 from limner.studio.talk import talk
 from limner.studio.visitors import Visitor
@@ -434,3 +436,37 @@ def test_no_message_is_sent_without_its_frame_although_a_newer_wish_calls_it_off
     asyncio.run(talk(page, studio=QuickStudio()))
     assert len(page.heard) > 20
     assert page.heard[::2][: len(page.heard) // 2] == page.heard[1::2]
+
+
+async def asked(meanwhile, limit_s):
+    """What a computing process answers within a limit, though something happens to it meanwhile."""
+    computer = Computer({})
+    await computer.open()
+    try:
+        await computer.ask("options")
+        # It has got ready, however long that took.
+        await computer.ask("options")
+        computer._limit_s = limit_s
+        answer = asyncio.ensure_future(computer.ask("warm"))
+        await asyncio.to_thread(meanwhile, computer.pid)
+        return await answer
+    finally:
+        await computer.close()
+
+
+def test_what_computes_for_too_long_is_broken_off():
+    with pytest.raises(CannotDraw, match="longer than"):
+        asyncio.run(asked(lambda pid: None, 0.05))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs Linux: elsewhere the time that passes counts")
+def test_on_a_busy_machine_nothing_is_broken_off_because_it_waits():
+    limit_s = 6.0
+
+    def busy(pid):
+        os.kill(pid, signal.SIGSTOP)
+        time.sleep(limit_s + 1)
+        os.kill(pid, signal.SIGCONT)
+
+    assert asyncio.run(asked(busy, limit_s)) is None
