@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -15,6 +16,9 @@ SLOW_SAMPLE = 3
 
 EXPLORES = os.environ.get("LIMNER_SLOW") == "1"
 """Whether properties are tried on other examples each time; else a run is the same each time."""
+
+HANGS_S = 900
+"""A test that takes longer hangs, and fails."""
 
 # A busy machine is no failure.
 settings.register_profile(
@@ -29,6 +33,25 @@ def shared() -> Path:
     if not SHARED.is_dir():
         pytest.skip("needs the folder 'shared' (data and reference numbers) beside the checkout")
     return SHARED
+
+
+@pytest.fixture(autouse=True)
+def no_test_hangs():
+    """Where a test would wait for ever it fails, and tells where it waited."""
+    if not hasattr(signal, "SIGALRM"):
+        yield
+        return
+
+    def late(number, frame):
+        pytest.fail(f"the test has taken {HANGS_S} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, HANGS_S)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 @pytest.fixture

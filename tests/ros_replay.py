@@ -1,6 +1,7 @@
 """Plays a bag on a rosmaster of its own and prints what a subscriber of rospy hears, as one JSON object.
 
-Runs with Debian's Python, where ROS is, in a network of its own: /usr/bin/python3 ros_replay.py BAG RATE
+Runs with Debian's Python, where ROS is, in a network of its own: /usr/bin/python3 ros_replay.py BAG RATE COUNTS, the
+last a JSON object of how many messages there are of each topic.
 """
 
 import json
@@ -11,7 +12,7 @@ import tempfile
 import time
 from importlib import import_module
 
-bag, rate = sys.argv[1:]
+bag, rate, counts = sys.argv[1:]
 PORT = "11477"
 os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{PORT}", ROS_IP="127.0.0.1", ROS_HOME=tempfile.mkdtemp())
 KINDS = {
@@ -39,7 +40,7 @@ def listen():
     return rospy, buffer
 
 
-def wait(found, seconds=20):
+def wait(found, seconds=120):
     until = time.monotonic() + seconds
     while not found() and time.monotonic() < until:
         time.sleep(0.05)
@@ -58,12 +59,24 @@ master = subprocess.Popen(["rosmaster", "--core", "-p", PORT], stdout=sys.stderr
 try:
     wait(master_answers)
     rospy, buffer = listen()
-    play = ["rosbag", "play", "--quiet", "--wait-for-subscribers", "--topics", *KINDS, "--rate", rate, "--bags", bag]
-    subprocess.run(play, check=True, timeout=60, stdout=sys.stderr)
-    wait(lambda: heard["/path"] and heard["/ink"], 5)
-    time.sleep(0.3)
+    play = [
+        "rosbag",
+        "play",
+        "--quiet",
+        "--wait-for-subscribers",
+        "--queue=100000",
+        "--topics",
+        *KINDS,
+        "--rate",
+        rate,
+        "--bags",
+        bag,
+    ]
+    subprocess.run(play, check=True, timeout=240, stdout=sys.stderr)
+    # What was sent last may still be under way; of a topic the end may be lost where the player ends at once.
+    wait(lambda: all(len(heard[topic]) >= count for topic, count in json.loads(counts).items()), 15)
     start = heard["/tf"][0][1].transforms[0].header.stamp
-    lookup = buffer.lookup_transform("base_link", "pen_tip", start + rospy.Duration(2.0))
+    lookup = buffer.lookup_transform("base_link", "pen_tip", start + rospy.Duration(2.0), rospy.Duration(60))
     tip = lookup.transform.translation
     trajectory = heard["/trajectory"][0][1]
     last = {m.id: m for _, m in heard["/ink"]}
@@ -82,4 +95,4 @@ try:
     rospy.signal_shutdown("done")
 finally:
     master.terminate()
-    master.wait(10)
+    master.wait(60)

@@ -42,12 +42,20 @@ class Asked(Control):
         return super().going_on()
 
 
+def stopped(control, waited):
+    """Stop a machine that waits; it must not go on waiting."""
+    control.stop = True
+    waited.append(control)
+    assert len(waited) < 50, "told to stop it waits on"
+
+
 def stop_at_pause(control, paused_at=None):
     """Watch that asks for a pause before a stroke, and stops the machine once it waits."""
+    waited = []
 
     def watch(place, waits):
         if waits:
-            control.stop = True
+            stopped(control, waited)
         elif paused_at is not None and place.stroke == paused_at:
             control.pause = True
 
@@ -159,11 +167,11 @@ def led(device, tmp_path, control, watch):
 def test_an_arm_stops_with_its_pen_up(tmp_path, kind, state):
     pytest.importorskip("mujoco", reason="pip install 'limner[robot]'")
     pytest.importorskip("websockets", reason="pip install 'limner[ros]'")
-    control = Control(stop=state == "idle")
+    control, waited = Control(stop=state == "idle"), []
 
     def watch(place, waits):
         if waits:
-            control.stop = True
+            stopped(control, waited)
         elif place.stroke == 1:
             control.pause = state == "paused"
             if state in ("before a stroke", "pausing and stopped at once"):
