@@ -224,6 +224,8 @@ def test_degenerate_photos_give_one_clear_line(run, verb, name, tmp_path):
         (["draw", "."], 2, ["folder", "limner batch"]),
         (["PHOTO"], 2, ["limner draw"]),
         (["."], 2, ["limner batch ."]),
+        (["evaluate", "thesys"], 2, ["did you mean 'thesis'"]),
+        (["train", "nothing"], 2, ["choose from", "fmp", "shape"]),
         (["draw", "PHOTO", "--minutes", "3x"], 2, ["3x", "min, h"]),
         (["draw", "PHOTO", "--style", "Gabr"], 2, ["did you mean gabor"]),
         (["draw", "PHOTO", "--face", "3"], 3, ["no face 3", "--face 1"]),

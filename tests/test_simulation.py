@@ -19,6 +19,7 @@ from limner.simulation.commands import commands
 from limner.simulation.film import RATE, camera, frames, to_film
 from limner.simulation.ink import widths
 from limner.simulation.outcome import distance_mm, follow, simulate
+from limner.simulation.pictures import ticks
 from limner.simulation.render import Scene, _cast
 from limner.simulation.settings import FaultSettings, SimulationSettings
 from limner.simulation.sheet import Sheet, find_sheet
@@ -327,6 +328,18 @@ def test_the_command_writes_ink_and_numbers(planned, drawing, tmp_path):
     ink = read_drawing(out / "ink.svg")
     for line in ink.lines_mm:
         assert min(distance_mm(line, wanted).max() for wanted in drawing.lines_mm) < 1
+
+
+@pytest.mark.parametrize("high", [0.3, 2.0, 2.5, 9.99, 10.0, 43.2, 61.0, 1300.0])
+@pytest.mark.parametrize("most", [5, 10])
+def test_scales_of_plots_have_round_numbers(high, most):
+    marks = ticks(high, most)
+    step = marks[1]
+    assert float(f"{step:e}".partition("e")[0]) in (1, 2, 5)
+    assert np.allclose(np.diff(marks), step)
+    assert marks[0] == 0
+    assert high - step < marks[-1] <= high * (1 + 1e-9)
+    assert 2 <= len(marks) - 1 <= most
 
 
 def test_unknown_limits_are_refused_before_any_physics(planned):

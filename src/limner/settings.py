@@ -220,7 +220,7 @@ def _checked(value: Any, hint: Any, about: About, name: str) -> Any:
 
 
 def _near(value: Scalar, about: About) -> str:
-    close = difflib.get_close_matches(str(value).lower(), about.choices, n=1, cutoff=0.7)
+    close = difflib.get_close_matches(str(value).lower(), about.choices, n=1)
     return f"; did you mean {close[0]}?" if close else ""
 
 

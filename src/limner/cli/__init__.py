@@ -5,7 +5,6 @@ Commands load when they are called, so that ``limner --help`` needs neither nump
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import os
 import sys
@@ -14,6 +13,7 @@ from typing import NoReturn
 
 import click
 
+from limner.cli.groups import Group
 from limner.errors import LimnerError
 
 COMMANDS = {
@@ -33,7 +33,7 @@ COMMANDS = {
 """Name -> module that holds a command of that name, and its line in ``limner --help``."""
 
 
-class LazyGroup(click.Group):
+class LazyGroup(Group):
     """A group whose commands are imported when one is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -48,28 +48,10 @@ class LazyGroup(click.Group):
         assert isinstance(command, click.Command)
         return command
 
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """As click does, with the nearest names for one that does not exist."""
-        if args and not args[0].startswith("-") and args[0] not in COMMANDS:
-            raise click.UsageError(f"no command '{args[0]}'; {_instead(args[0])}", ctx)
-        return super().resolve_command(ctx, args)
-
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The table of commands, from ``COMMANDS`` alone."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
-
-
-def _instead(name: str) -> str:
-    """What was meant by a name that is no command."""
-    if os.path.isfile(name):
-        return f"a photo is drawn by: limner draw {name}"
-    if os.path.isdir(name):
-        return f"a folder of photos is drawn by: limner batch {name} -o DIR"
-    close = difflib.get_close_matches(name, COMMANDS, n=1)
-    return f"did you mean '{close[0]}'?" if close else f"choose from {', '.join(COMMANDS)}"
 
 
 _HELP = """From a photo of a face to a portrait in pen strokes.

@@ -15,6 +15,7 @@ from rich.table import Table
 from limner import pipeline, storage
 from limner.cli import options
 from limner.cli.gallery import gallery
+from limner.cli.groups import Group
 from limner.cli.landmarks import landmarks
 from limner.cli.likeness import likeness
 from limner.cli.progress import bars
@@ -33,7 +34,7 @@ from limner.types import Photo
 from limner.vision.photo import load_photo
 
 
-@click.group(short_help="Measure accuracy and speed.")
+@click.group(cls=Group, short_help="Measure accuracy and speed.")
 def evaluate() -> None:
     """Measure accuracy and speed."""
 

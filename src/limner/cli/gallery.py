@@ -21,17 +21,19 @@ from limner.targets.sheet import Tile, to_sheet
     "--out",
     "-o",
     default="gallery.png",
-    show_default=True,
     metavar="FILE",
-    help="Where to, a .png or a .webp, which is smaller.",
+    help="Where to, a .png or a .webp, which is smaller. Default: gallery.png.",
 )
-@click.option("--styles", default="canny,gabor,portrait", show_default=True, metavar="NAMES", help="Joined by commas.")
+@click.option(
+    "--styles",
+    default="canny,gabor,portrait",
+    metavar="NAMES",
+    help="Joined by commas. Default: canny,gabor,portrait.",
+)
 @click.option("--pictures", is_flag=True, help="Show the picture in colours of a style that has one, too.")
+@click.option("--across", type=click.IntRange(1, 20), default=2, metavar="N", help="Photos side by side. Default: 2.")
 @click.option(
-    "--across", type=click.IntRange(1, 20), default=2, show_default=True, metavar="N", help="Photos side by side."
-)
-@click.option(
-    "--width", type=click.IntRange(40, 2000), default=180, show_default=True, metavar="PX", help="Of a picture [px]."
+    "--width", type=click.IntRange(40, 2000), default=180, metavar="PX", help="Of a picture [px]. Default: 180."
 )
 @options.drawing_options
 @options.settings_options

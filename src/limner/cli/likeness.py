@@ -23,12 +23,15 @@ POINTS = (150, 300, 600, 1200)
 
 @click.command(short_help="Measure how well drawings are recognised.")
 @click.argument("folder", metavar="FOLDER")
-@click.option("--styles", metavar="NAMES", help=f"Joined by commas. Default: {','.join(STYLES)}.")
+@click.option("--styles", metavar="NAMES", help=f"Joined by commas, of {', '.join(STYLES)}. Default: all.")
 @click.option(
-    "--points", default=",".join(map(str, POINTS)), show_default=True, metavar="N,N", help="Budgets [points]."
+    "--points",
+    default=",".join(map(str, POINTS)),
+    metavar="N,N",
+    help=f"Budgets [points]. Default: {','.join(map(str, POINTS))}.",
 )
 @click.option("--people", type=click.IntRange(10), metavar="N", help="Only so many people, chosen by the seed.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N", help="Of folds and choices.")
+@click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Of folds and choices. Default: 0.")
 @click.option("--table", metavar="FILE", help="Also write the rows as .csv.")
 @options.settings_options
 @options.json_option

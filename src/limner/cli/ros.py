@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import click
 
+from limner.cli.groups import Group
+
 _ARGUMENTS = {"ignore_unknown_options": True}
 
 
-@click.group(short_help="Draw with an arm through ROS 1.")
+@click.group(cls=Group, short_help="Draw with an arm through ROS 1.")
 def ros() -> None:
     """Draw with an arm through ROS 1: docs/ros.md has all topics, services and parameters."""
 

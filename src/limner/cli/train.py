@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from limner.cli import options
+from limner.cli.groups import Group
 from limner.cli.progress import bars
 from limner.cli.train_photos import best, likeness, shape
 from limner.vision.landmarks.fmp import scenes as fmp_scenes
@@ -24,7 +25,7 @@ from limner.vision.landmarks.fmp.model import save_model
 from limner.vision.landmarks.fmp.training import TrainSettings, train as train_fmp
 
 
-@click.group(short_help="Train the models that limner ships.")
+@click.group(cls=Group, short_help="Train the models that limner ships.")
 def train() -> None:
     """Train the models that limner ships."""
 

@@ -30,7 +30,7 @@ from limner.vision.refine import REFINEMENTS, RefineSettings
 class PageSettings(SettingsGroup):
     """The sheet and the pen."""
 
-    size: str = setting("a5", "Paper: a4, a5, letter, 120x160mm, a5:landscape, ...")
+    size: str = setting("a5", "Paper: a3 to a6, letter, 120x160mm, 5x7in, a5:landscape")
     margin_mm: float = setting(10.0, "White on each side of the sheet", unit="mm", low=0)
     pen_mm: float = setting(0.5, "Width of the pen's line", unit="mm", low=0.01, high=50)
 

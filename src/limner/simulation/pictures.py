@@ -126,17 +126,24 @@ def force_picture(made: Simulation, size: tuple[int, int] = (1200, 360)) -> Pict
     y = height - bottom - (height - top - bottom) * force / high
     for a, b in _spans(made.ink.down):
         draw.rectangle([x[a], top, x[b - 1], height - bottom], fill=(228, 238, 250))
-    for value in np.linspace(0, high, 5):
+    for value in ticks(high, 5):
         at = height - bottom - (height - top - bottom) * value / high
         draw.line([(left, at), (width - right, at)], fill=(205, 205, 205))
-        draw.text((left - 8, at), f"{value:.3g}", fill=(60, 60, 60), font=_font(14), anchor="rm")
-    for t in np.linspace(0, times[-1], 9):
+        draw.text((left - 8, at), f"{value:g}", fill=(60, 60, 60), font=_font(14), anchor="rm")
+    for t in ticks(float(times[-1]), 10):
         at = left + (width - left - right) * t / times[-1]
-        draw.text((at, height - bottom + 8), f"{t:.0f}", fill=(60, 60, 60), font=_font(14), anchor="mt")
+        draw.text((at, height - bottom + 8), f"{t:g}", fill=(60, 60, 60), font=_font(14), anchor="mt")
     draw.line(list(zip(x.tolist(), y.tolist(), strict=True)), fill=(190, 60, 30), width=1)
     draw.text((left, 8), "force of the pen on the paper [N]; shaded: meant to be down", fill=0, font=_font(15))
     draw.text((width - right, height - 4), "time [s]", fill=(60, 60, 60), font=_font(14), anchor="rb")
     return np.asarray(image)
+
+
+def ticks(high: float, most: int) -> list[float]:
+    """Round numbers from 0 to at most ``high``: multiples of 1, 2 or 5 of some power of ten, ``most`` above 0 or fewer."""
+    power = 10.0 ** np.floor(np.log10(high / most))
+    step = next(factor * power for factor in (1, 2, 5, 10) if high <= most * factor * power * (1 + 1e-9))
+    return [float(f"{step * k:.6g}") for k in range(int(high / step + 1e-9) + 1)]
 
 
 def _font(size: int) -> Any:

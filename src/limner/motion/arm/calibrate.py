@@ -62,7 +62,9 @@ def calibrate(points_m: ArrayLike, outlier_mm: float = 2.0) -> Calibration:
     if len(points) < 3:
         raise BadInput(f"calibration: {len(points)} points, expected at least 3 that are not on a line")
     if len(points) > MOST_POINTS or np.abs(points).max() > FARTHEST_M:
-        raise BadInput(f"calibration: expected up to {MOST_POINTS} points, none farther than {FARTHEST_M:g} m")
+        raise BadInput(
+            f"calibration: expected up to {MOST_POINTS} points, none farther than {FARTHEST_M:g} m; they are in metres"
+        )
     used = _agreeing(points, outlier_mm / 1000)
     if not used[:2].all():
         wrong = "first" if not used[0] else "second"
