@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
+from limner import geometry
 from limner.types import Face
 from limner.vision.figure import Figure
 from limner.vision.hatching.darkness import darkness_of, within
@@ -19,6 +20,7 @@ from limner.vision.head import JAW, face_frame, face_outline
 from limner.vision.portrait.hair import hair_of_head, places
 from limner.vision.portrait.marks import Mark
 from limner.vision.portrait.seen import Seen
+from limner.vision.portrait.tofro import to_and_fro
 from limner.vision.raster import Image, Mask, blurred, distance_to_zero, filled
 from limner.vision.trace import smooth
 
@@ -31,8 +33,11 @@ CALM = 0.03
 STRANDS, SHY = 0.07, 1e-4
 """Over what the direction of hair is averaged [outer-eye distances], and how strongly it runs around the head else."""
 
-SHORTEST = 0.4
-"""Shorter strokes are left out [outer-eye distances]."""
+SHORTEST, LEAST = 0.2, 0.4
+"""Length of the shortest stroke, and of what is drawn of them in one [outer-eye distances]."""
+
+TURN = 1.6
+"""The hand turns over so many distances of strokes."""
 
 NARROW, CLOSEST, NEARBY = 0.6, 0.04, 0.3
 """In a narrow band strokes lie closer: this share of half its width apart, but not closer than the second, the band
@@ -69,9 +74,11 @@ def draw_masses(seen: Seen, face: Face, figure: Figure, drawn: Sequence[Mark], a
     dark = hair & (tone > DARK)
     strands = along_strands(blurred(seen.grey, 0.01 * unit), around_head(face, dark.shape), STRANDS * unit, SHY)
     fade = np.minimum((tone - np.float32(DARK)) / np.float32(FADE), out)
-    ground = Ground(*halved(strands), _spacing(dark, apart, unit), fade, dark.astype(np.uint8))
-    lines = streamlines(ground, [mark.line for mark in drawn], SHORTEST * unit)
-    return [Mark(smooth(line, SMOOTH_PX), "hair", WORTH) for line in lines]
+    spacing = _spacing(dark, apart, unit)
+    ground = Ground(*halved(strands), spacing, fade, dark.astype(np.uint8))
+    lines = [smooth(line, SMOOTH_PX) for line in streamlines(ground, [mark.line for mark in drawn], SHORTEST * unit)]
+    joined = to_and_fro(lines, np.float32(TURN) * spacing)
+    return [Mark(line, "hair", WORTH) for line in joined if geometry.length(line) > LEAST * unit]
 
 
 def _hair(face: Face, figure: Figure) -> tuple[Mask, Image]:

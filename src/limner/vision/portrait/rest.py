@@ -14,12 +14,13 @@ from limner.vision.chains import join_gaps
 from limner.vision.edges.flow import Flow
 from limner.vision.figure import Figure
 from limner.vision.head import face_frame, head_ellipse
+from limner.vision.portrait.beard import beard_of
 from limner.vision.portrait.grow import Rule, grow
 from limner.vision.portrait.hair import beside_hair, clutter, hair_of_head, places
 from limner.vision.portrait.marks import Mark
 from limner.vision.portrait.seen import Seen
 from limner.vision.portrait.settings import PortraitSettings
-from limner.vision.raster import Mask, Shape, dilated, filled
+from limner.vision.raster import Mask, Shape, dilated
 from limner.vision.regions import regions_at
 
 Labels = NDArray[np.uint8]
@@ -42,9 +43,6 @@ RULES = {
 }
 """By region, lengths in outer-eye distances. Besides the regions: what hangs under the eyes, beards, hair far from the
 head, and locks, which begin as hair of the figure and go on outside of it."""
-
-BEARD = 0.4
-"""A beard covers at least this share of the chin."""
 
 COARSE = 4
 """Regions are looked up at every so many-th pixel."""
@@ -96,7 +94,7 @@ def draw_rest(seen: Seen, face: Face, figure: Figure, drawn: Sequence[Mark], set
     labels[outside & ~hairy] = background
     labels[outside & hairy] = locks
     labels[(labels == locks) & _leading_away(seen.broad, face)] = background
-    beard = _beard(figure, face) & np.isin(labels, [names.index(name) for name in ("face", "jaw", "mouth")])
+    beard = beard_of(face, figure) & np.isin(labels, [names.index(name) for name in ("face", "jaw", "mouth")])
     labels[beard] = names.index("beard")
     before = [(mark.line, rules[names.index(mark.region)].apart) for mark in drawn]
     grown = grow(seen.both, seen.broad, labels, rules, before)
@@ -167,11 +165,3 @@ def _leading_away(flow: Flow, face: Face) -> Mask:
     upright = (hanging > UPRIGHT) & (place[..., 1] < 0) & (head.level(place) > FAR)
     away: Mask = ((outward > AWAY) & (hanging < HANGING)) | upright
     return away
-
-
-def _beard(figure: Figure, face: Face) -> Mask:
-    """The beard (H, W), if it covers the chin: what is dark at the border of the face alone is shadow."""
-    chin = filled(face.points_px[[6, 7, 8, 9, 10, 55, 57, 59]], figure.beard.shape)
-    covered = chin.any() and bool(figure.beard[chin].mean() > BEARD)
-    lips = dilated(filled(face.points_px[48:60], chin.shape), 3)
-    return figure.beard & ~lips if covered else np.zeros_like(chin)

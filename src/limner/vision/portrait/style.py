@@ -10,6 +10,7 @@ import numpy as np
 from limner import geometry
 from limner.types import Face, Floats, Strokes
 from limner.vision.figure import Figure
+from limner.vision.portrait.beard import draw_beard
 from limner.vision.portrait.brows import draw_brows
 from limner.vision.portrait.eyes import draw_eyes
 from limner.vision.portrait.jaw import draw_jaw
@@ -56,6 +57,7 @@ def portrait_strokes(
         *draw_jaw(seen, face),
         *draw_shoulders(seen, face, figure, settings.body),
     ]
+    marks += draw_beard(face, figure)
     marks += draw_rest(seen, face, figure, marks, settings)
     marks += draw_masses(seen, face, figure, marks, settings.dark_apart)
     return _weighed(marks, face, size_px, importance)
