@@ -11,7 +11,7 @@ from limner.types import Face, Floats
 from limner.vision.edges.iris import Disc, find_iris
 from limner.vision.head import EYES, Frame, face_frame, inside
 from limner.vision.portrait.band import measure
-from limner.vision.portrait.follow import follow, settle
+from limner.vision.portrait.follow import Manner, follow, settle
 from limner.vision.portrait.marks import Mark, curve, runs, taken
 from limner.vision.portrait.seen import Seen
 from limner.vision.raster import Image, blurred
@@ -22,8 +22,13 @@ LIDS = (([36, 37, 38, 39], [36, 41, 40, 39]), ([45, 44, 43, 42], [45, 46, 47, 42
 LASHES_PX = 1.6
 """Distance of the strokes that make a lid heavy: about a pen's width."""
 
-LIMITS = ((-0.85, -0.3), (0.4, 1.0))
+LIMITS = ((-0.85, -0.2), (0.3, 1.0))
 """How far below the middle of the iris the upper and the lower lid pass it, from and to, in radii of the iris."""
+
+OFF = 0.25
+"""How far its middle may lie from half-way between the lids, in radii: they cover the rest of its rim."""
+
+MANNER = Manner(stiff=0.04, smooth_px=4)
 
 TURNED = 0.4
 """An eye narrower than this share of the other is turned away."""
@@ -76,9 +81,12 @@ def _eye(seen: Seen, face: Face, lids: tuple[list[int], list[int]], eye: Floats)
         guides = [guide + shift for guide in guides]
     else:
         shift = settle(outside, guides, 0.03 * unit, outside.fine)
-        guides = [_at_iris(guide + shift, disc, frame, limits) for guide, limits in zip(guides, LIMITS, strict=True)]
-    found = [follow(outside, guide, 0.028 * unit, outside.fine).line for guide in guides]
+        guides = [guide + shift for guide in guides]
+        disc = between_lids(disc, guides, frame)
+        guides = [_at_iris(guide, disc, frame, limits) for guide, limits in zip(guides, LIMITS, strict=True)]
+    found = [follow(outside, guide, 0.028 * unit, outside.fine, MANNER).line for guide in guides]
     if disc is not None:
+        disc = between_lids(disc, found, frame)
         found = [_at_iris(lid, disc, frame, limits) for lid, limits in zip(found, LIMITS, strict=True)]
     above, below = _meeting(*found)
     marks = [*_lashes(seen, above, frame), Mark(taken(below, 0.0, 0.92), "eye", 0.8)]
@@ -91,6 +99,15 @@ def _likely_iris(eye: Floats, unit: float) -> Disc | None:
     return Disc(eye.mean(axis=0), LIKELY_IRIS * unit) if opening > OPEN * unit else None
 
 
+def between_lids(disc: Disc, lids: list[Floats], frame: Frame) -> Disc:
+    """The iris moved up or down to where an eye that looks at us has it: about the middle of its opening."""
+    centre, radius = frame.from_photo(disc.centre), disc.radius / float(np.hypot(*frame.axes_px[0]))
+    places = [frame.from_photo(lid) for lid in lids]
+    middle = np.mean([place[np.abs(place[:, 0] - centre[0]).argmin(), 1] for place in places])
+    centre[1] = np.clip(centre[1], middle - OFF * radius, middle + OFF * radius)
+    return Disc(frame.to_photo(centre), disc.radius)
+
+
 def _at_iris(lid: Floats, disc: Disc, frame: Frame, limits: tuple[float, float]) -> Floats:
     """The lid bent up or down so that it passes the iris within limits, in radii below its centre."""
     place, centre = frame.from_photo(lid), frame.from_photo(disc.centre)
@@ -98,7 +115,7 @@ def _at_iris(lid: Floats, disc: Disc, frame: Frame, limits: tuple[float, float])
     beside = (place[:, 0] - centre[0]) / radius
     here = place[np.abs(beside).argmin(), 1]
     wanted = np.clip(here, centre[1] + limits[0] * radius, centre[1] + limits[1] * radius)
-    bump = np.exp(-((beside / 1.8) ** 2) / 2)
+    bump = np.exp(-((beside / 2.6) ** 2) / 2)
     return frame.to_photo(place + np.stack([np.zeros_like(bump), bump * (wanted - here)], axis=1))
 
 
