@@ -93,7 +93,8 @@ def draw_rest(seen: Seen, face: Face, figure: Figure, drawn: Sequence[Mark], set
     hairy = np.isin(labels, [hair, names.index("far")])
     labels[outside & ~hairy] = background
     labels[outside & hairy] = locks
-    labels[(labels == locks) & _leading_away(seen.broad, face)] = background
+    away, upright = _leading_away(seen.broad, face)
+    labels[np.isin(labels, [locks, names.index("far")]) & away | (labels == locks) & upright] = background
     beard = beard_of(face, figure) & np.isin(labels, [names.index(name) for name in ("face", "jaw", "mouth")])
     labels[beard] = names.index("beard")
     before = [(mark.line, rules[names.index(mark.region)].apart) for mark in drawn]
@@ -153,8 +154,8 @@ def _out_of_the_head(face: Face, shape: Shape) -> Floats:
     return head_ellipse(face).level(places(face, shape))
 
 
-def _leading_away(flow: Flow, face: Face) -> Mask:
-    """Where (H, W) lines lead away from the head and do not hang down as hair does, or stand beside it like a post."""
+def _leading_away(flow: Flow, face: Face) -> tuple[Mask, Mask]:
+    """Where (H, W) lines lead away from the head and do not hang as hair does, and where they stand beside it."""
     frame, head = face_frame(face), head_ellipse(face)
     place = places(face, flow.x.shape)
     slope = (place - head.centre) / head.radii**2 @ frame.axes_px
@@ -163,5 +164,5 @@ def _leading_away(flow: Flow, face: Face) -> Mask:
     outward = np.abs(flow.x * slope[..., 0] + flow.y * slope[..., 1])
     hanging = np.abs(flow.x * down[0] + flow.y * down[1])
     upright = (hanging > UPRIGHT) & (place[..., 1] < 0) & (head.level(place) > FAR)
-    away: Mask = ((outward > AWAY) & (hanging < HANGING)) | upright
-    return away
+    away = (outward > AWAY) & (hanging < HANGING)
+    return away, upright

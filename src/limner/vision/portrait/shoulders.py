@@ -73,7 +73,7 @@ def _guides(face: Face, figure: Figure, body: float) -> list[Floats]:
     return guides
 
 
-def _away(line: Floats, other: Floats) -> Floats:
-    points = geometry.resample(other, 4.0)
-    away: Floats = np.hypot(*(line[:, None] - points).transpose(2, 0, 1)).min(axis=1)
+def _away(points: Floats, line: Floats) -> Floats:
+    """Distance (n,) of points (n, 2) to a line."""
+    away: Floats = geometry.distance_to_segments(points[:, None], line[:-1], line[1:]).min(axis=1)
     return away
