@@ -140,7 +140,7 @@ def force_picture(made: Simulation, size: tuple[int, int] = (1200, 360)) -> Pict
 
 
 def ticks(high: float, most: int) -> list[float]:
-    """Round numbers from 0 to at most ``high``: multiples of 1, 2 or 5 of some power of ten, ``most`` above 0 or fewer."""
+    """Round numbers from 0 to at most ``high``: ``most`` above 0 or fewer, in steps of 1, 2 or 5."""
     power = 10.0 ** np.floor(np.log10(high / most))
     step = next(factor * power for factor in (1, 2, 5, 10) if high <= most * factor * power * (1 + 1e-9))
     return [float(f"{step * k:.6g}") for k in range(int(high / step + 1e-9) + 1)]
