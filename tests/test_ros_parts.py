@@ -20,7 +20,7 @@ from limner.motion.arm.plan import plan_arm
 from limner.motion.arm.retime import RetimeSettings, move
 from limner.motion.arm.robots import ROBOTS, load_robot
 from limner.pipeline import Settings
-from limner.ros import master, messages, node, parameters
+from limner.ros import master, messages, parameters, teller
 from limner.ros.action import definitions
 from limner.ros.arm import RosArm
 from limner.ros.desk import Desk
@@ -377,11 +377,11 @@ def test_who_hears_that_it_is_drawn_can_begin_anew_at_once(bench):
 
 def test_ink_of_the_last_moment_is_shown_though_the_drawing_has_ended(plan, monkeypatch):
     shown, now = [], SimpleNamespace(now=lambda: 0)
-    monkeypatch.setattr(node, "ros", lambda: SimpleNamespace(rospy=SimpleNamespace(Time=now)))
-    monkeypatch.setattr(node.pictures, "segments", list)
-    ours = node.Node.__new__(node.Node)
+    monkeypatch.setattr(teller, "ros", lambda: SimpleNamespace(rospy=SimpleNamespace(Time=now)))
+    monkeypatch.setattr(teller.pictures, "segments", list)
+    ours = teller.Teller.__new__(teller.Teller)
     ours._lock, ours._feed, ours._inking = threading.Lock(), JointFeed(DUMBO.joints), False
-    ours._trail, ours._desk, ours._plan = InkTrail(DUMBO, plan.placement), SimpleNamespace(busy=True), None
+    ours._trail, ours._plan = InkTrail(DUMBO, plan.placement), None
     ours._ink = SimpleNamespace(points=[], header=SimpleNamespace(stamp=0))
     ours._publish = {"ink": SimpleNamespace(publish=lambda ink: shown.append(len(ink.points)))}
     half = len(plan.trajectory.q) // 2
@@ -391,14 +391,13 @@ def test_ink_of_the_last_moment_is_shown_though_the_drawing_has_ended(plan, monk
             ours._feed.take(DUMBO.joints, q.tolist())
 
     report(plan.trajectory.q[:half])
-    ours._tick()
+    ours.tick(lambda: True)
     report(plan.trajectory.q[half:])
-    ours._desk.busy = False
-    ours._tick()
+    ours.tick(lambda: False)
     assert len(shown) == 2
     assert shown[1] == sum(map(len, ours._trail.lines_mm))
     report(plan.trajectory.q)
-    ours._tick()
+    ours.tick(lambda: False)
     assert len(shown) == 2, "whoever moves the arm afterwards does not draw"
 
 

@@ -11,19 +11,15 @@ from typing import Protocol
 import numpy as np
 
 from limner.errors import BadInput, CannotDraw, LimnerError
-from limner.motion.arm.calibrate import calibrate
 from limner.motion.arm.legs import Legs, legs
-from limner.motion.arm.paper import Placement
 from limner.motion.arm.plan import ArmPlan, plan_arm
 from limner.motion.arm.robot import Robot
 from limner.pipeline import Portrait, Settings, draw
 from limner.ros.arm import RosArm
+from limner.ros.sheet import Sheet
 from limner.targets.journal import Journal, Place
 from limner.targets.send import Control, drive
 from limner.types import Drawing, Floats, Page, Pen, Photo
-
-PROBED = ("probed",)
-"""Says of a sheet that it lies where it was probed, whatever the settings."""
 
 STOP_S = 20.0
 """How long a stop may take until the pen is up."""
@@ -77,9 +73,7 @@ class Desk:
         self._drawing: Drawing | None = None
         self._strokes: list[Floats] = []
         self._planned: _Planned | None = None
-        self._probed: list[Floats] = []
-        self._sheet: Placement | None = None
-        self._found_for: tuple[object, ...] = ()
+        self._sheet = Sheet()
         self._control = Control()
         self._thread: threading.Thread | None = None
         self._busy = False
@@ -145,13 +139,13 @@ class Desk:
             self._refuse_busy("plan")
             if self._drawing is None:
                 raise BadInput("plan: there is no drawing yet; publish an image or strokes first")
-            found_for = (robot.name, self._drawing.page, settings.arm.place)
-            lies = self._sheet if self._found_for in (PROBED, found_for) else None
+            wanted = (robot.name, self._drawing.page, settings.arm.place)
+            lies = self._sheet.lies(wanted)
             planned = plan_arm(self._drawing, robot, settings.arm, lies)
             route = legs(planned.trajectory, robot, settings.arm.retime, settings.arm.allowed)
             self._planned = _Planned(self._drawing, planned, route)
             if lies is None:
-                self._sheet, self._found_for = planned.placement, found_for
+                self._sheet.found(planned.placement, wanted)
             self._strokes, self._place, self._unfinished = [], Place(0), False
             self._listener.planned(planned)
             told = f"{len(route.ends)} strokes, {planned.trajectory.t_s[-1]:.0f} s"
@@ -165,7 +159,7 @@ class Desk:
         around = np.array([[low, low], [right, low], [right, top], [low, top], [low, low]])
         with self._lock:
             plan = plan_arm(Drawing((around,), ("face",), np.ones(1), page), robot, settings.arm)
-            self._sheet, self._found_for = plan.placement, (robot.name, page, settings.arm.place)
+            self._sheet.found(plan.placement, (robot.name, page, settings.arm.place))
 
     def probe(self, point_m: Floats) -> str:
         """A point (3,) of the sheet in the robot's base frame; from three on they tell where the sheet lies.
@@ -175,27 +169,16 @@ class Desk:
         """
         with self._lock:
             self._refuse_busy("calibrate_point")
-            if point_m.shape != (3,) or not np.isfinite(point_m).all():
-                raise BadInput("calibrate_point: the point is NaN or infinite; expected metres")
-            points = [*self._probed, point_m]
-            if len(points) < 3:
-                self._probed = points
-                return f"point {len(points)}; {3 - len(points)} more at least"
-            found = calibrate(np.array(points))
-            self._probed, self._planned = points, None
-            self._sheet, self._found_for = Placement(found.base_from_paper), PROBED
-            return (
-                f"point {len(points)}: {found.used.sum()} of them fit a plane to {found.rms_mm:.2f} mm, tilted by"
-                f" {found.tilt_deg:.2f} deg; ~plan plans for it"
-            )
+            told, known = self._sheet.probe(point_m)
+            if known:
+                self._planned = None
+            return told
 
     def forget_points(self) -> str:
         """Probe anew: the next point is the sheet's lower left corner."""
         with self._lock:
             self._refuse_busy("calibrate_clear")
-            count = len(self._probed)
-            self._probed, self._sheet, self._found_for = [], None, ()
-            return f"forgot {count} points"
+            return f"forgot {self._sheet.forget()} points"
 
     def start(self) -> str:
         """Begin to draw what is planned.

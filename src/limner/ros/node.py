@@ -9,26 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from limner import transforms
 from limner.errors import BadInput, LimnerError
 from limner.motion.arm.legs import Legs
-from limner.motion.arm.plan import ArmPlan
-from limner.motion.arm.robot import SAFE, Robot
-from limner.motion.arm.robots import load_robot
-from limner.pipeline import Portrait
-from limner.ros import messages, parameters, pictures
+from limner.motion.arm.robot import SAFE
+from limner.ros import messages, parameters
 from limner.ros.arm import Link, RosArm
 from limner.ros.begin import begin, end
 from limner.ros.desk import Desk
 from limner.ros.feed import JointFeed
-from limner.ros.ink import InkTrail
-from limner.ros.links import RATE_HZ, ActionLink, PreviewLink, TopicLink, motion_message
+from limner.ros.links import RATE_HZ, ActionLink, PreviewLink, TopicLink
 from limner.ros.master import keep_registered
 from limner.ros.middleware import ros
 from limner.ros.simulated import SimulatedArm
-from limner.targets import files, image
-from limner.targets.recording import PAPER
-from limner.types import Drawing, Floats, Pen, Photo
+from limner.ros.teller import Teller, stamped
+from limner.targets import files
+from limner.types import Floats
 from limner.vision.photo import load_photo
 
 NAME = "limner"
@@ -36,105 +31,41 @@ TICK_HZ = 10
 AGAIN_S = 2
 """How often strokes are told again: rviz drops markers that come before the frame of their sheet."""
 
-
-PORTRAIT_PX_MM = 4.0
-"""Resolution of the picture on the topic portrait."""
-
 _BUFFER = 2**26
-_BASE = "base_link"
 
 
 class Node:
-    """The node: hands messages to its ``Desk``, and tells what happens there."""
+    """The node: hands messages to its ``Desk``, whose ``Teller`` publishes what happens."""
 
     def __init__(self) -> None:
-        r = ros()
         self._given = self._parameters()
         self._fixed, self._robot = parameters.fixed(self._given)
         self._feed = JointFeed(self._robot.joints, self._fixed.silence_s)
         self._link = self._linked()
-        self._desk = Desk(self._arm, self._fixed.journal, self)
-        self._trail: InkTrail | None = None
-        self._plan: ArmPlan | None = None
-        self._strokes: Any = None
-        self._ink, self._said, self._share = pictures.ink(Pen().width_mm), "", -1.0
-        self._inking = False
-        self._lock = threading.Lock()
-        self._publish = {
-            "portrait": self._topic("portrait", r.sensor.Image),
-            "strokes": self._topic("strokes", r.visual.MarkerArray),
-            "path": self._topic("path", r.nav.Path),
-            "trajectory": self._topic("trajectory", r.trajectory.JointTrajectory),
-            "ink": self._topic("ink", r.visual.Marker),
-            "progress": self._topic("progress", r.std.Float32),
-            "status": self._topic("status", r.std.String),
-        }
-        self._static, self._moving = r.tf.StaticTransformBroadcaster(), r.tf.TransformBroadcaster()
+        self._teller = Teller(self._robot, self._feed, self._fixed, self._pen_mm)
+        self._desk = Desk(self._arm, self._fixed.journal, self._teller)
         self._subscribe()
         self._serve()
 
     def run(self) -> None:
         """Until ROS ends; then the arm is stopped, its pen raised."""
         r = ros()
-        keep_registered(self.status)
+        keep_registered(self._teller.status)
         self._first()
         rate = r.rospy.Rate(TICK_HZ)
         try:
             for turn in itertools.count():
                 if r.rospy.is_shutdown():
                     break
-                self._tick()
-                if turn % (TICK_HZ * AGAIN_S) == 0 and self._strokes:
-                    self._publish["strokes"].publish(self._strokes)
+                self._teller.tick(lambda: self._desk.busy)
+                if turn % (TICK_HZ * AGAIN_S) == 0:
+                    self._teller.strokes_again()
                 rate.sleep()
         except (KeyboardInterrupt, r.rospy.ROSInterruptException):
             pass
         finally:
             if self._desk.busy:
                 self._try(self._desk.stop)
-
-    # What the desk tells.
-
-    def drawn(self, drawing: Drawing, portrait: Portrait | None) -> None:
-        """There is a new drawing: its picture and its strokes."""
-        picture = Photo(image.to_rgb(drawing, PORTRAIT_PX_MM))
-        self._publish["portrait"].publish(messages.fill_image(self._stamped(ros().sensor.Image()), picture))
-        self._strokes = pictures.strokes(drawing)
-        self._publish["strokes"].publish(pictures.nothing())
-        self._publish["strokes"].publish(self._strokes)
-
-    def planned(self, plan: ArmPlan) -> None:
-        """There is a new plan: the sheet's frame, the pen's path, the joints' motion."""
-        with self._lock:
-            self._plan = plan
-            self._trail = InkTrail(self._robot, plan.placement)
-            self._ink = pictures.ink(self._pen_mm())
-        self._send_static(plan)
-        self._publish["ink"].publish(self._ink)
-        self._publish["path"].publish(pictures.path(plan.path.points_mm))
-        self._publish["trajectory"].publish(self._stamped(motion_message(plan.trajectory)))
-
-    def begun(self) -> None:
-        """A sheet is begun: no ink yet."""
-        with self._lock:
-            assert self._plan is not None
-            self._feed.drain()
-            self._trail = InkTrail(self._robot, self._plan.placement)
-            self._ink, self._inking = pictures.ink(self._pen_mm()), True
-            self._publish["ink"].publish(self._ink)
-
-    def progress(self, share: float) -> None:
-        """So much is done."""
-        if share != self._share:
-            self._share = share
-            self._publish["progress"].publish(share)
-
-    def status(self, text: str) -> None:
-        """What goes on, said once."""
-        if text != self._said:
-            self._said = text
-            ros().rospy.loginfo(text)
-            self._publish["status"].publish(text)
 
     # What comes from outside.
 
@@ -164,7 +95,7 @@ class Node:
             messages.check_frame("probed_point", message.header.frame_id, self._robot.base)
             return self._desk.probe(np.array([message.point.x, message.point.y, message.point.z]))
 
-        self._try(take, self.status)
+        self._try(take, self._teller.status)
 
     def _sketch(self) -> str:
         return self._desk.sketch(self._settings())
@@ -190,7 +121,7 @@ class Node:
             self._desk.take(files.read_drawing(str(drawing)))
             return self._make_plan()
 
-        self._send_static(None)
+        self._teller.frames(None)
         if photo or drawing:
             self._try(take)
         else:
@@ -235,14 +166,7 @@ class Node:
         try:
             told(wish() or "")
         except LimnerError as error:
-            self.status(f"refused: {error}")
-
-    def _topic(self, name: str, kind: Any) -> Any:
-        return ros().rospy.Publisher(name, kind, queue_size=10, latch=True)
-
-    def _stamped(self, message: Any) -> Any:
-        message.header.stamp = ros().rospy.Time.now()
-        return message
+            self._teller.status(f"refused: {error}")
 
     def _parameters(self) -> dict[str, Any]:
         found = ros().rospy.get_param("~", {})
@@ -275,52 +199,11 @@ class Node:
         def report(q: Floats) -> None:
             self._feed.take(self._robot.joints, q.tolist())
             message = ros().sensor.JointState(name=list(self._robot.joints), position=q.tolist())
-            publisher.publish(self._stamped(message))
+            publisher.publish(stamped(message))
 
         preview = PreviewLink(SimulatedArm(self._robot, start), report)
         threading.Thread(target=preview.run, daemon=True).start()
         return preview
-
-    def _tick(self) -> None:
-        """The ink that has come, and where the pen is."""
-        with self._lock:
-            # What has come since the last tick is ink too where the drawing has ended meanwhile.
-            inking, self._inking = self._inking or self._desk.busy, self._desk.busy
-            positions = self._feed.drain()
-            new = self._trail.take(positions) if self._trail and inking else np.zeros((0, 2, 2))
-            if len(new):
-                self._ink.points += pictures.segments(new)
-                self._ink.header.stamp = ros().rospy.Time.now()
-                self._publish["ink"].publish(self._ink)
-            if positions and self._plan and self._fixed.tf == "chain":
-                self._send_tip(self._plan, positions[-1])
-
-    def _send_static(self, plan: ArmPlan | None) -> None:
-        """The fixed frames that the node answers for; without a plan those above the sheet."""
-        fixed = _above(self._fixed.robot, self._robot) if self._fixed.tf == "chain" else []
-        if plan is not None:
-            fixed.append(_frame(self._robot.base, PAPER, plan.placement.base_from_paper))
-        if fixed:
-            self._static.sendTransform(fixed)
-
-    def _send_tip(self, plan: ArmPlan, q: Floats) -> None:
-        paper_from_tip = transforms.inverse(plan.placement.base_from_paper) @ self._robot.forward(q)
-        self._moving.sendTransform(_frame(PAPER, self._robot.tip, paper_from_tip))
-
-
-def _above(name: str, robot: Robot) -> list[Any]:
-    """The arm's base in the robot's, where the robot has one."""
-    if robot.base == _BASE:
-        return []
-    try:
-        whole = load_robot(name, base=_BASE)
-    except BadInput:
-        return []
-    return [_frame(_BASE, robot.base, whole.before[0] @ transforms.inverse(robot.before[0]))]
-
-
-def _frame(parent: str, child: str, matrix: Floats) -> Any:
-    return pictures.frame(parent, child, matrix, transforms.to_quaternion(matrix[:3, :3]))
 
 
 def run(arguments: list[str]) -> None:
