@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
 from limner import pipeline, storage
 from limner.cli import options
+from limner.cli.gathered import gathered
 from limner.cli.refinements import describe_refinement, refinement_sheet
 from limner.pipeline import Settings
 from limner.targets.overlay import overlay as draw_overlay
@@ -17,6 +19,29 @@ from limner.types import Face
 from limner.vision.landmarks import choose
 from limner.vision.photo import load_photo
 from limner.vision.refine import names_of
+
+
+@dataclass(frozen=True)
+class FaceWish:
+    """Which photo is looked at, and what is written of its faces.
+
+    Attributes:
+        photo: file, or ``-``.
+        crop: x, y, width, height [px] of the part that is looked at; None: all.
+        number: the only face that is wanted, 1 = the largest; None: all.
+        out: file for the landmarks, or None.
+        overlay: file for the photo with the landmarks over it, or None.
+        refine_compare: file for the face after each correction, or None.
+        as_json: whether the landmarks are printed as JSON.
+    """
+
+    photo: str
+    crop: tuple[int, int, int, int] | None
+    number: int | None
+    out: str | None
+    overlay: str | None
+    refine_compare: str | None
+    as_json: bool
 
 
 @click.command(short_help="Find the faces in a photo and their landmarks.")
@@ -28,17 +53,8 @@ from limner.vision.refine import names_of
 @options.settings_options
 @options.json_option
 @click.pass_context
-def face(
-    ctx: click.Context,
-    photo: str,
-    crop: tuple[int, int, int, int] | None,
-    number: int | None,
-    out: str | None,
-    overlay: str | None,
-    refine_compare: str | None,
-    save_settings: Path | None,
-    as_json: bool,
-) -> None:
+@gathered(FaceWish)
+def face(ctx: click.Context, wish: FaceWish, save_settings: Path | None) -> None:
     """Find the faces in PHOTO and their landmarks, largest first; with --face N that one alone.
 
     --refine-compare shows what each correction of the landmarks makes of the face, to choose from (thesis 3.3.6).
@@ -46,31 +62,31 @@ def face(
     PHOTO is a JPEG, PNG, WebP or HEIC file, or - for standard input.
     """
     settings = options.chosen_settings(ctx, Settings, save_settings)
-    options.check_suffix(out, ".json")
-    options.check_suffix(overlay, ".png")
-    options.check_suffix(refine_compare, ".png")
+    options.check_suffix(wish.out, ".json")
+    options.check_suffix(wish.overlay, ".png")
+    options.check_suffix(wish.refine_compare, ".png")
     names_of(pipeline.refinements(settings))
-    picture = load_photo(photo)
-    part = pipeline.Part.of(picture, crop)
-    faces = pipeline.find_faces(picture, settings, crop=crop)
-    chosen = choose(faces, number or 1, part.photo, settings.detect)
-    found = faces if number is None else (chosen,)
+    picture = load_photo(wish.photo)
+    part = pipeline.Part.of(picture, wish.crop)
+    faces = pipeline.find_faces(picture, settings, crop=wish.crop)
+    chosen = choose(faces, wish.number or 1, part.photo, settings.detect)
+    found = faces if wish.number is None else (chosen,)
     shown = tuple(pipeline.refine_face(picture, item, settings) for item in found)
-    fields = {"faces": [storage.to_fields(item) for item in shown]}
-    if out:
-        storage.write_whole(out, (json.dumps(fields) + "\n").encode())
-    if overlay:
-        storage.write_whole(overlay, to_png(draw_overlay(picture, shown)))
-    if refine_compare:
-        storage.write_whole(refine_compare, to_png(refinement_sheet(picture, chosen, settings)))
-    if as_json:
-        click.echo(json.dumps(fields))
-    else:
-        for i, item in enumerate(shown, 1):
-            click.echo(describe(number or i, item), err=True)
-            click.echo(describe_refinement(found[i - 1], item, settings), err=True)
-        for path in filter(None, (out, overlay, refine_compare)):
-            click.echo(path, err=True)
+    fields = json.dumps({"faces": [storage.to_fields(item) for item in shown]})
+    if wish.out:
+        storage.write_whole(wish.out, (fields + "\n").encode())
+    if wish.overlay:
+        storage.write_whole(wish.overlay, to_png(draw_overlay(picture, shown)))
+    if wish.refine_compare:
+        storage.write_whole(wish.refine_compare, to_png(refinement_sheet(picture, chosen, settings)))
+    if wish.as_json:
+        click.echo(fields)
+        return
+    for i, (before, after) in enumerate(zip(found, shown, strict=True), wish.number or 1):
+        click.echo(describe(i, after), err=True)
+        click.echo(describe_refinement(before, after, settings), err=True)
+    for path in filter(None, (wish.out, wish.overlay, wish.refine_compare)):
+        click.echo(path, err=True)
 
 
 def describe(number: int, face: Face) -> str:

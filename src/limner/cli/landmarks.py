@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,6 +15,7 @@ from rich.console import Console, Group
 from rich.table import Table
 
 from limner.cli import options
+from limner.cli.gathered import gathered
 from limner.cli.progress import Watch, bars
 from limner.cli.train import annotated
 from limner.errors import BadInput
@@ -57,6 +59,45 @@ class Faces(NamedTuple):
     samples: list[Sample]
 
 
+@dataclass(frozen=True)
+class LandmarksWish:
+    """Which detectors are measured on which faces.
+
+    Attributes:
+        data: folders of annotated photos.
+        detectors: by name.
+        models: files of models.
+        folds: models trained and measured crosswise, or None.
+        helpers: folders of photos to train those on, too.
+        train_settings: file of settings for that, or None.
+        yaw: faces turned by more are left out [deg]; None: none is.
+        false_alarms: whether they are counted in pictures without a face.
+        skip_bad: whether unusable annotations are left out.
+        as_json: whether the rows are printed as JSON.
+    """
+
+    data: tuple[str, ...]
+    detectors: tuple[str, ...]
+    models: tuple[str, ...]
+    folds: int | None
+    helpers: tuple[str, ...]
+    train_settings: str | None
+    yaw: float | None
+    false_alarms: bool
+    skip_bad: bool
+    as_json: bool
+
+    def training(self) -> TrainSettings:
+        """How the models of the folds are trained."""
+        if self.train_settings is None:
+            return TrainSettings()
+        return read_toml(TrainSettings, read_bytes(self.train_settings).decode())
+
+    def faces(self, folder: str) -> Faces:
+        """Those of a folder that are measured on."""
+        return Faces(name_of(folder), not_turned(annotated((folder,), self.skip_bad), self.yaw))
+
+
 @click.command(short_help="Measure detectors side by side on annotated photos.")
 @click.option("--data", multiple=True, required=True, metavar="DIR", help="Annotated photos; may be repeated.")
 @click.option(
@@ -92,45 +133,33 @@ class Faces(NamedTuple):
 @options.settings_options
 @options.json_option
 @click.pass_context
-def landmarks(
-    ctx: click.Context,
-    data: tuple[str, ...],
-    detectors: tuple[str, ...],
-    models: tuple[str, ...],
-    folds: int | None,
-    helpers: tuple[str, ...],
-    train_settings: str | None,
-    yaw: float | None,
-    false_alarms: bool,
-    skip_bad: bool,
-    save_settings: Path | None,
-    as_json: bool,
-) -> None:
+@gathered(LandmarksWish)
+def landmarks(ctx: click.Context, wish: LandmarksWish, save_settings: Path | None) -> None:
     """Measure detectors side by side: annotated faces found, wrong detections, and how far off landmarks are.
 
     A --data folder is what `limner train fmp` takes. Errors are mean distances in percent of that of the outer eye
     corners, over the faces found; the pictures without a face are scikit-image's, parts of them, and made-up ones.
     """
     settings = options.chosen_settings(ctx, Settings, save_settings).detect
-    training = read_toml(TrainSettings, read_bytes(train_settings).decode()) if train_settings else TrainSettings()
-    measured = list(to_measure(settings, detectors, models, default=folds is None))
-    sets = [Faces(name_of(folder), not_turned(annotated((folder,), skip_bad), yaw)) for folder in data]
+    training = wish.training()
+    measured = list(to_measure(settings, wish.detectors, wish.models, default=wish.folds is None))
+    sets = [wish.faces(folder) for folder in wish.data]
     for item in measured:
         item.detect(Photo(np.zeros((320, 320, 3), np.uint8)))  # a missing model is said now, not in an hour
-    empty = pictures_without_face() if false_alarms else []
+    empty = pictures_without_face() if wish.false_alarms else []
     rows, alarms = [], []
     with bars() as watch:
         for item in measured:
             for faces in sets:
                 report = evaluate_landmarks(f"{item.name}, {faces.name}", faces.samples, item.detect, watch)
                 rows.append(row(item.name, faces.name, report))
-        if folds:
-            helping = annotated(helpers, skip_bad)
-            rows += cross_validated(sets, helping, training, folds, watch)
+        if wish.folds:
+            helping = annotated(wish.helpers, wish.skip_bad)
+            rows += cross_validated(sets, helping, training, wish.folds, watch)
         for item in measured if empty else ():
             alarms.append({"model": item.name} | count_false_alarms(item.detect, empty, item.name, watch).row())
-    if as_json:
-        trained = {"training": training.to_dict()} if folds else {}
+    if wish.as_json:
+        trained = {"training": training.to_dict()} if wish.folds else {}
         click.echo(json.dumps({"landmarks": rows, "false_alarms": alarms} | trained))
     else:
         Console(highlight=False).print(tables(rows, alarms, other_than_default(training)))

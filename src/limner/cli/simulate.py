@@ -12,6 +12,7 @@ import click
 
 from limner import storage
 from limner.cli import options
+from limner.cli.gathered import gathered
 from limner.cli.progress import bars
 from limner.errors import BadInput
 from limner.motion.arm.pen_check import USUAL, Allowed
@@ -34,6 +35,33 @@ faults: tuple[Callable[[Any], Any], ...] = (
     options.flag("simulation.fault.jitter_ms", "--jitter", metavar="MS"),
     options.flag("simulation.fault.seed", "--seed", metavar="N"),
 )
+
+
+@dataclass(frozen=True)
+class SimulateWish:
+    """What is simulated, and what is written of it.
+
+    Attributes:
+        trajectory: file of the motion.
+        robot: name or URDF.
+        drawing: file of what is drawn, or None.
+        photo: file that is shown beside the ink, or None.
+        out: folder for the results, or None.
+        film_kind: gif, mp4 or None.
+        thesis: whether it is drawn as the thesis's arm did, too.
+        stiff: whether the pen is held stiffly.
+        as_json: whether the report is printed as JSON.
+    """
+
+    trajectory: str
+    robot: str
+    drawing: str | None
+    photo: str | None
+    out: str | None
+    film_kind: str | None
+    thesis: bool
+    stiff: bool
+    as_json: bool
 
 
 @click.command(short_help="Let a simulated robot arm draw, with physics and faults.")
@@ -63,19 +91,8 @@ faults: tuple[Callable[[Any], Any], ...] = (
 @options.settings_options
 @options.json_option
 @click.pass_context
-def simulate(
-    ctx: click.Context,
-    trajectory: str,
-    robot: str,
-    drawing: str | None,
-    photo: str | None,
-    out: str | None,
-    film_kind: str | None,
-    thesis: bool,
-    stiff: bool,
-    save_settings: Path | None,
-    as_json: bool,
-) -> None:
+@gathered(SimulateWish)
+def simulate(ctx: click.Context, wish: SimulateWish, save_settings: Path | None) -> None:
     """Let a simulated arm draw TRAJECTORY (of `limner plan --robot`): .json, .npz or .csv.
 
     MuJoCo simulates servos, gravity, the sprung pen and its friction on the paper. Where the sheet lies is computed
@@ -83,16 +100,17 @@ def simulate(
     limit of the robot is refused.
     """
     settings = options.chosen_settings(ctx, Settings, save_settings)
-    if (film_kind or thesis or photo) and not out:
+    if (wish.film_kind or wish.thesis or wish.photo) and not wish.out:
         raise BadInput("--film, --thesis and --photo need a folder to write to; name one with --out")
-    shown = load_photo(photo) if photo else None
-    chosen = settings.simulation.replace(stiff=True) if stiff else settings.simulation
-    arm = load_robot(robot)
-    drawn = files.read_drawing(drawing) if drawing else None
-    motion = joints.load(trajectory)
+    shown = load_photo(wish.photo) if wish.photo else None
+    chosen = settings.simulation.replace(stiff=True) if wish.stiff else settings.simulation
+    arm = load_robot(wish.robot)
+    drawn = files.read_drawing(wish.drawing) if wish.drawing else None
+    motion = joints.load(wish.trajectory)
     pen = drawn.pen if drawn else settings.page.pen()
-    report = simulated(motion, arm, chosen, drawn, pen, Wanted(out, film_kind, thesis, shown, settings.arm.allowed))
-    if as_json:
+    wanted = Wanted(wish.out, wish.film_kind, wish.thesis, shown, settings.arm.allowed)
+    report = simulated(motion, arm, chosen, drawn, pen, wanted)
+    if wish.as_json:
         click.echo(json.dumps(report))
     else:
         click.echo("\n".join([*summary(report), *report["out"]]), err=True)

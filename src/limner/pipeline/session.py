@@ -18,7 +18,7 @@ from limner.pipeline.faces import Part, faces_in, refinements
 from limner.pipeline.portrait import Portrait
 from limner.pipeline.settings import Settings, changed
 from limner.stages import Stages
-from limner.types import Drawing, Face, Photo, Strokes
+from limner.types import Drawing, Face, Floats, Photo, Strokes
 from limner.vision.landmarks import choose
 from limner.vision.likeness.candidates import AUTO, AUTO_STYLES, best, candidate
 from limner.vision.lines import MEASURED, draw_lines
@@ -76,14 +76,17 @@ class Session:
         strokes = part.to_whole(strokes, photo)
         placed = stages("compose", compose, strokes, page, settings.compose, pen)
         cleaned = stages("clean", clean, placed, settings.clean)
-        if settings.select.minutes is None:
-            selected = stages("select", select, cleaned, settings.select)
-            drawing, growth = stages("order", finished, selected, settings.compose, settings.order)
-        else:
-            budget = (settings.machine, settings.select, settings.compose, settings.order)
-            drawing, growth = stages("order", timed, cleaned, *budget)
+        drawing, growth = self._within_budget(cleaned, settings)
         affine = grown(page_from_photo(strokes, page, settings.compose, pen), growth, page)
         return Portrait(photo, faces, chosen, strokes, drawing, affine, settings, stages.take_seconds())
+
+    def _within_budget(self, drawing: Drawing, settings: Settings) -> tuple[Drawing, Floats]:
+        """What of a drawing the budget allows, in order, and the map (2, 3) of the page that enlarged it."""
+        if settings.select.minutes is None:
+            selected = self._stages("select", select, drawing, settings.select)
+            return self._stages("order", finished, selected, settings.compose, settings.order)
+        budget = (settings.machine, settings.select, settings.compose, settings.order)
+        return self._stages("order", timed, drawing, *budget)
 
     def _made_to_measure(self, part: Part, photo: Photo, face: Face, settings: Settings) -> tuple[Drawing, Strokes]:
         """A drawing of a style that is made for its budget, and what was seen for it; the face is the part's."""

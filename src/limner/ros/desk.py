@@ -58,6 +58,11 @@ class _Planned:
     plan: ArmPlan
     route: Legs
 
+    def share(self, place: Place) -> float:
+        """How much of the time is over where the pen has come to a place."""
+        t_s, cuts = self.plan.trajectory.t_s, self.route.cuts
+        return float(t_s[cuts[place.stroke]] / t_s[cuts[-1]])
+
 
 class Desk:
     """One drawing after the other, each with its plan; one arm that draws it.
@@ -280,7 +285,7 @@ class Desk:
             self._unfinished = self._place.stroke < count
             what = "stopped with the pen up" if self._unfinished else "drawn"
             self._ended = f"{what}: {self._place.stroke} of {count} strokes"
-            self._listener.progress(self._share(planned, self._place))
+            self._listener.progress(planned.share(self._place))
         except LimnerError as error:
             self._place, self._ended = journal.place, str(error)
         finally:
@@ -294,8 +299,4 @@ class Desk:
 
     def _tell(self, planned: _Planned, place: Place, what: str) -> None:
         self._listener.status(f"{what} stroke {place.stroke + 1} of {len(planned.route.ends)}")
-        self._listener.progress(self._share(planned, place))
-
-    def _share(self, planned: _Planned, place: Place) -> float:
-        motion = planned.plan.trajectory
-        return float(motion.t_s[planned.route.cuts[place.stroke]] / motion.t_s[planned.route.cuts[-1]])
+        self._listener.progress(planned.share(place))

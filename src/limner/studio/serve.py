@@ -20,6 +20,16 @@ PORT, TRIES = 8765, 20
 """Where it listens, and how many ports after that are tried."""
 
 
+_SERVER: dict[str, Any] = {
+    "log_level": "error",
+    "access_log": False,
+    "ws": "websockets-sansio",
+    "ws_per_message_deflate": False,
+    "server_header": False,
+    "timeout_graceful_shutdown": 2,
+}
+
+
 @dataclass(frozen=True)
 class Address:
     """Where the studio is.
@@ -64,16 +74,7 @@ def serve(
     port = listening.getsockname()[1]
     tokens = {role: secrets.token_urlsafe(24) for role in ("visitor", "operator")[: 1 + booth]}
     app = build(assembled(settings, make, port, own_folder(), queued=booth), tokens, names_of(host))
-    config = uvicorn.Config(
-        app,
-        log_level="error",
-        access_log=False,
-        ws="websockets-sansio",
-        ws_max_size=MESSAGE_BYTES,
-        ws_per_message_deflate=False,
-        server_header=False,
-        timeout_graceful_shutdown=2,
-    )
+    config = uvicorn.Config(app, ws_max_size=MESSAGE_BYTES, **_SERVER)
     ready(_address(host, port, tokens))
     # Ctrl-C is how one ends it; uvicorn raises it again when all is closed.
     with contextlib.suppress(KeyboardInterrupt):
