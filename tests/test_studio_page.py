@@ -309,6 +309,21 @@ def test_candidates_still_come_when_one_is_chosen_early_and_when_the_screen_is_l
     visit.until(last_of_the_quick)
 
 
+def test_who_comes_back_to_his_photo_sees_it_and_goes_on(drawn):
+    page = drawn.page
+    drawn.go("Photo")
+    page.get_by_role("heading", name="Your photo").wait_for()
+    page.get_by_role("img", name="Your photo").wait_for()
+    assert drawn.violations() == []
+    # A camera that fails takes nothing away.
+    page.evaluate("() => limnerApp.set({ trouble: { text: 'no camera was found' } })")
+    page.get_by_role("heading", name="That did not work").wait_for()
+    assert page.get_by_role("img", name="Your photo").is_visible()
+    page.evaluate("() => limnerApp.set({ trouble: null })")
+    page.get_by_role("link", name="Go on with this one").click()
+    page.get_by_role("heading", name="The face").wait_for()
+
+
 class Gate:
     """Requests that are answered only when the test lets them."""
 

@@ -36,7 +36,7 @@ export function photoScreen(app) {
       leave: rest,
       fail: (text) => (rest(), app.set({ trouble: { text } })),
     }));
-  const rest = () => show(example());
+  const rest = () => show(app.state.photo && !app.state.loading ? facesView(app, app.state.photo) : example());
   const input = h("input", { type: "file", accept: ACCEPTED, hidden: true, onchange: () => input.files[0] && app.upload(input.files[0]) });
   const refresh = () => {
     const { photo, loading, trouble } = app.store.get();
@@ -71,7 +71,11 @@ function words(app, how) {
     h("button", { type: "button", class: "primary", onclick: how.choose, disabled: loading }, icon(ICONS.upload), "Choose a photo"),
     h("button", { type: "button", onclick: how.camera, disabled: loading }, icon(ICONS.camera), "Use the camera"));
   if (loading) return [h("h1", {}, "Looking for the face…"), h("div", { class: "row", role: "status" }, h("span", { class: "spinner" }), h("p", { class: "lead" }, "This takes a moment."))];
-  if (trouble) return [h("h1", {}, photo ? "No face found" : "That did not work"), troubleNote(app, trouble, photo), actions];
+  const faceless = photo && !photo.faces.length;
+  if (trouble) return [h("h1", {}, faceless ? "No face found" : "That did not work"), troubleNote(app, trouble, faceless), actions];
+  if (photo?.faces.length === 1) {
+    return [h("h1", {}, "Your photo"), h("p", { class: "lead" }, "Go on with it, or give limner another one."), actions, h("div", { class: "row" }, h("a", { class: "button", href: "#face" }, "Go on with this one"))];
+  }
   if (photo && photo.faces.length > 1) {
     return [h("h1", {}, "Who is it to be?"), h("p", { class: "lead" }, `There are ${plural(photo.faces.length, "face")} in this photo. Choose one.`), actions];
   }
@@ -83,14 +87,14 @@ function words(app, how) {
   ];
 }
 
-/** @param {App} app @param {{text: string}} trouble @param {any} photo */
-function troubleNote(app, trouble, photo) {
+/** @param {App} app @param {{text: string}} trouble @param {boolean} faceless */
+function troubleNote(app, trouble, faceless) {
   const byHand = h("button", { type: "button", onclick: () => app.placeByHand() }, "Place the landmarks by hand");
-  return h("div", { class: "note bad", role: "alert" }, h("p", {}, photo ? NO_FACE : sentence(trouble.text)), photo && h("div", { class: "row" }, byHand));
+  return h("div", { class: "note bad", role: "alert" }, h("p", {}, faceless ? NO_FACE : sentence(trouble.text)), faceless && h("div", { class: "row" }, byHand));
 }
 
 /**
- * The photo, and a button over each face.
+ * The photo, and a button over each face; a single one is chosen already, and perhaps its landmarks were moved.
  * @param {App} app
  * @param {any} photo
  * @returns {View}
@@ -105,5 +109,5 @@ function facesView(app, photo) {
     Object.assign(button.style, { left: share(x0, photo.width), top: share(y0, photo.height), width: share(x1 - x0, photo.width), height: share(y1 - y0, photo.height) });
     faces.append(button);
   });
-  return { element: h("div", { class: "paper wide" }, picture, faces), close: () => {} };
+  return { element: h("div", { class: "paper wide" }, picture, photo.faces.length > 1 && faces), close: () => {} };
 }
