@@ -17,6 +17,7 @@ from limner.motion.arm.plan import ArmSettings, plan_arm
 from limner.motion.arm.retime import RetimeSettings, joined, move, retime
 from limner.motion.arm.robot import Capsule
 from limner.motion.arm.robots import load_robot
+from limner.motion.arm.rock import _evenest, rocked
 from limner.pipeline import Settings, draw
 from limner.targets import joints
 from limner.types import Drawing, Page
@@ -52,15 +53,37 @@ def planned():
     return robot, path, placed, retime(robot, path, q, RetimeSettings())
 
 
-@given(st.integers(0, 10_000), st.floats(0.5, 20), st.floats(0, 3))
-def test_the_pen_goes_straight_up_and_down_and_never_sideways_near_the_paper(seed, lift, press):
-    settings = LiftSettings(lift_mm=lift, approach_mm=lift, clear_mm=min(2.0, lift / 2), press_mm=press)
+def highest_of_sheets(points_mm, settings):
+    """(n,) how high the worst of many sheets lies at places: too high, and tilted about its middle any way."""
+    towards = np.linspace(0, 2 * np.pi, 720)
+    away = points_mm[:, :2] - (74, 105)
+    slopes = np.tan(np.radians(settings.tilt_deg)) * np.stack([np.cos(towards), np.sin(towards)])
+    return settings.paper_mm + (away @ slopes).max(1)
+
+
+@given(st.integers(0, 10_000), st.floats(0.5, 20), st.floats(0, 3), st.floats(0, 3), st.floats(0, 2))
+def test_the_pen_goes_straight_up_and_down_and_never_sideways_near_a_sheet_at_its_worst(seed, lift, press, high, tilt):
+    settings = LiftSettings(lift_mm=lift, approach_mm=lift, press_mm=press, paper_mm=high, tilt_deg=tilt, clear_mm=0.1)
     path = lifted_path(drawing(seed), settings)
-    low = (~path.down[1:]) & (np.minimum(path.points_mm[1:, 2], path.points_mm[:-1, 2]) < settings.clear_mm - 1e-9)
+    over = path.points_mm[:, 2] - highest_of_sheets(path.points_mm, settings)
+    low = ~path.down[1:] & (np.minimum(over[1:], over[:-1]) < 0)
     sideways = np.linalg.norm(np.diff(path.points_mm[:, :2], axis=0), axis=1)
     assert sideways[low].max(initial=0) < 1e-9
     assert np.isclose(path.points_mm[path.down, 2], -press).all()
-    assert path.points_mm[:, 2].max() <= lift + 1e-9
+    farthest = np.hypot(*(path.points_mm[:, :2] - (74, 105)).T).max()
+    assert path.points_mm[:, 2].max() <= settings.highest_mm(farthest) + 0.1 + lift + 1e-9
+
+
+def test_hops_are_higher_where_the_sheet_may_be_and_where_they_are_long():
+    def hop_mm(x, length, **changes):
+        lines = (np.array([[x, 100.0], [x, 105]]), np.array([[x + length, 105.0], [x + length, 100]]))
+        path = lifted_path(Drawing(lines, ("face",) * 2, np.ones(2)), LiftSettings(**changes))
+        drawn = np.flatnonzero(path.down)
+        return path.points_mm[drawn[0] : drawn[-1], 2].max()
+
+    assert hop_mm(70, 3) < hop_mm(70, 5) < hop_mm(70, 30) == hop_mm(70, 30, arch=2.0)
+    assert hop_mm(20, 3) > hop_mm(70, 3)
+    assert hop_mm(20, 3, tilt_deg=0.0) == hop_mm(70, 3, tilt_deg=0.0) == 1.0 + 3 * LiftSettings().arch
 
 
 @given(st.integers(0, 10_000), st.floats(0, 1))
@@ -237,6 +260,49 @@ def test_a_pen_that_swings_draws_on_a_larger_sheet():
     assert np.degrees(np.arccos(up)).max() < PlaceSettings().swing_deg + 0.1
 
 
+def test_a_rocking_hand_leads_the_pen_the_same_way_and_lifts_it_faster(planned):
+    robot, path, placed, motion = planned
+    q, _ = inverse(robot).follow(placed.tips(path.points_mm))
+    moved = rocked(robot, path, q, np.array([0.0, 0, 1]))
+    assert np.abs(robot.forward(moved)[:, :3, 3] - robot.forward(q)[:, :3, 3]).max() < 1e-6
+    assert np.abs(moved - q)[path.down].max() < 1e-6
+    pens = robot.forward(moved)[:, :3, 2]
+    assert (-pens[:, 2]).min() > np.cos(np.radians(4))
+    quicker = retime(robot, path, moved, RetimeSettings())
+    check(quicker, robot)
+
+    def travel_s(motion):
+        return np.diff(motion.t_s)[~motion.down[1:]].sum()
+
+    assert travel_s(quicker) < 0.97 * travel_s(motion)
+
+
+def test_a_hand_that_would_leave_its_limits_does_not_rock(planned):
+    robot, path, placed, _ = planned
+    q, _ = inverse(robot).follow(placed.tips(path.points_mm))
+    tight = dataclasses.replace(robot, lower=q.min(0) - 1e-4, upper=q.max(0) + 1e-4)
+    assert rocked(tight, path, q, np.array([0.0, 0, 1])) is q
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_joints_share_a_motion_about_as_evenly_as_can_be(seed):
+    optimize = pytest.importorskip("scipy.optimize")
+    matrix, goal = np.random.default_rng(seed).normal(size=(3, 7)), np.array([0.0, 0, 1])
+    found = _evenest(matrix, goal)
+    assert np.allclose(matrix @ found, goal)
+    # Least bound such that all numbers are within it: a linear programme.
+    bounds = np.kron([[1], [-1]], np.eye(7))
+    best = optimize.linprog(
+        np.r_[np.zeros(7), 1],
+        A_ub=np.column_stack([bounds, -np.ones(14)]),
+        b_ub=np.zeros(14),
+        A_eq=np.column_stack([matrix, np.zeros(3)]),
+        b_eq=goal,
+        bounds=(None, None),
+    )
+    assert best.fun * (1 - 1e-6) <= np.abs(found).max() <= 1.1 * best.fun
+
+
 @pytest.mark.slow
 def test_six_hundred_points_take_a_minute_at_most():
     settings = Settings().assign("select.points", "600")
@@ -313,8 +379,8 @@ def test_to_a_place_close_by_takes_no_longer_than_to_one_farther_away(apart):
         points, down = plan.path.points_mm, plan.path.down
         drawn = np.flatnonzero(down)
         hop = points[drawn[0] : drawn[-1]][~down[drawn[0] : drawn[-1]]]
-        assert hop[:, 2].max() == LiftSettings().lift_mm
-        low = hop[hop[:, 2] < LiftSettings().clear_mm]
+        settings = LiftSettings()
+        low = hop[hop[:, 2] < settings.highest_mm(float(np.hypot(70 - 74, 80 - 105)))]
         assert np.isin(low[:, 0], (70, 70 + apart)).all()
         motion = plan.trajectory
         first, last = np.flatnonzero(motion.down)[[0, -1]]
@@ -329,6 +395,6 @@ def test_points_a_hair_apart_do_not_make_the_arm_jerk(planned):
     line = np.array([[60, 60], [60, 60.00005], [80, 60], [80, 60.00005], [80, 90.0]])
     hops = (line, line + np.array([0.00005, 31]), line[::-1] + 0.0001)
     made = Drawing(hops, ("face",) * 3, np.ones(3))
-    path = lifted_path(made, LiftSettings(lift_mm=4, clear_mm=1.5))
+    path = lifted_path(made, LiftSettings())
     q, _ = inverse(robot).follow(placed.tips(path.points_mm))
     check(retime(robot, path, q, RetimeSettings()), robot)

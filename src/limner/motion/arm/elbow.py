@@ -27,7 +27,7 @@ class ElbowSettings(SettingsGroup):
     )
     margin_weight: float = setting(4.0, "price of being nearer to a limit than that, against moving", low=0, high=1000)
     slow_weight: float = setting(
-        1.0, "price of a pose in which the pen gathers speed slowly, against moving", low=0, high=1000
+        3.0, "price of a pose in which the pen gathers speed slowly, against moving", low=0, high=1000
     )
     way_weight: float = setting(
         5.0, "price of a second on the way from the safe pose, or back to it, against moving", low=0, high=1000

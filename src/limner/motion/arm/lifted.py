@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +12,16 @@ from numpy.typing import NDArray
 from limner import geometry
 from limner.errors import NothingToDraw
 from limner.settings import SettingsGroup, setting
-from limner.types import Drawing, Floats, Value, frozen_array
+from limner.types import Drawing, Floats, Page, Value, frozen_array
 
 _NEAR_MM = 1.0
 """An arc over to a stroke that begins nearer than this would bend so sharply that the pen crawls along it."""
+
+_LOWEST_MM = 0.7
+"""Height of the lowest arch."""
+
+_GENTLER = 0.6
+"""As part of an arch's rise, how far it goes over while it falls: what still swings on from there comes to rest."""
 
 DOT_MM = 0.1
 """Length of the dash that a dot becomes."""
@@ -52,12 +59,19 @@ class LiftedPath(Value):
 class LiftSettings(SettingsGroup):
     """How an arm leads its pen."""
 
-    lift_mm: float = setting(4.0, "height of the tip above the sheet between strokes", unit="mm", low=0.5, high=200)
-    clear_mm: float = setting(
-        2.3, "the pen goes straight up and down to at least this height", unit="mm", low=0, high=200
+    paper_mm: float = setting(1.0, "the sheet may lie this much higher than is known", unit="mm", low=0, high=100)
+    tilt_deg: float = setting(
+        1.0, "and be tilted by this about its middle, against what is known", unit="deg", low=0, high=20
     )
-    sweep_mm: float = setting(
-        5.0, "the pen goes over from rising to level travel on so much of its way", unit="mm", low=0, high=200
+    clear_mm: float = setting(
+        0.0, "the pen goes straight up and down to this, above the sheet at its worst", unit="mm", low=0, high=200
+    )
+    lift_mm: float = setting(2.5, "a long hop is an arch of this height above there", unit="mm", low=0.1, high=200)
+    arch: float = setting(
+        0.45,
+        "height of a short hop's arch, as part of its length; a low one is quick, and shakes the pen",
+        low=0.05,
+        high=10,
     )
     approach_mm: float = setting(
         60.0,
@@ -77,6 +91,14 @@ class LiftSettings(SettingsGroup):
         100.0, "the pen comes to rest where a stroke turns by more than this", unit="deg", low=0, high=180
     )
 
+    def arch_mm(self, across_mm: float) -> float:
+        """How high a hop arches over where the pen is clear of the paper: a pen that goes far has time to rise."""
+        return min(self.lift_mm, max(_LOWEST_MM, self.arch * across_mm))
+
+    def highest_mm(self, away_mm: float) -> float:
+        """How high the sheet may lie over where it is taken to lie, so far from its middle."""
+        return self.paper_mm + math.tan(math.radians(self.tilt_deg)) * away_mm
+
 
 def lifted_path(drawing: Drawing, settings: LiftSettings) -> LiftedPath:
     """The path of a pen that leaves no trail: each stroke is reached from straight above and left straight upwards.
@@ -95,15 +117,14 @@ def lifted_path(drawing: Drawing, settings: LiftSettings) -> LiftedPath:
     """
     if not drawing.lines_mm:
         raise NothingToDraw("plan: the drawing has no strokes")
-    highest = max(settings.approach_mm, settings.lift_mm)
-    builder = _Builder(np.array([*drawing.lines_mm[0][0], highest]), settings)
+    builder = _Builder(settings, drawing.page)
+    builder.begin(drawing.lines_mm[0][0])
     for index, line in enumerate(drawing.lines_mm):
         flat = _drawable(geometry.without_repeats(line))
         drawn = np.column_stack([flat, np.full(len(flat), -settings.press_mm)])
         builder.travel_to(drawn[0])
         builder.draw(drawn, index)
-    last = drawing.lines_mm[-1][-1]
-    builder.travel_to(np.array([*last, highest]))
+    builder.travel_to(builder.above(drawing.lines_mm[-1][-1]))
     return builder.path()
 
 
@@ -115,9 +136,19 @@ def _drawable(line: Floats) -> Floats:
 class _Builder:
     """Collects a path piece by piece."""
 
-    def __init__(self, start: Floats, settings: LiftSettings) -> None:
-        self.settings = settings
-        self.points, self.down, self.stroke, self.stop = [start[None]], [False], [-1], [True]
+    def __init__(self, settings: LiftSettings, page: Page) -> None:
+        self.settings, self.middle_mm = settings, np.array([page.width_mm, page.height_mm]) / 2
+        self.points: list[Floats] = []
+        self.down, self.stroke, self.stop = [False], [-1], [True]
+
+    def begin(self, place: Floats) -> None:
+        """High above a place."""
+        self.points = [self.above(place)[None]]
+
+    def above(self, place: Floats) -> Floats:
+        """(3,) where a place is come to from and left to."""
+        clear = self._highest(place) + self.settings.clear_mm + self.settings.lift_mm
+        return np.array([*place[:2], max(self.settings.approach_mm, clear)])
 
     def draw(self, line: Floats, index: int) -> None:
         """A stroke from where the pen is, at rest at its ends and where it turns sharply."""
@@ -128,16 +159,19 @@ class _Builder:
     def travel_to(self, target: Floats) -> None:
         """Up, over and down; its corners are cut where the pen is clear of the paper."""
         at, settings = self.points[-1][-1], self.settings
-        height, clear = settings.lift_mm, max(0.0, settings.lift_mm - settings.clear_mm)
+        highest = [self._highest(end) for end in (at, target)]
         across = float(np.hypot(*(target - at)[:2]))
+        height = max(highest) + settings.clear_mm + settings.arch_mm(across)
         if 0 < across < _NEAR_MM and max(at[2], target[2]) < height:
-            self._step_to(target, height - clear)
+            self._step_to(target, height)
             return
-        over = (target - at) * [1, 1, 0] * min(0.5, settings.sweep_mm / max(across, 1e-9))
+        bend = settings.arch_mm(across) / (2 * settings.arch)
+        over = (target - at) * [1, 1, 0] * min(0.5, bend / max(across, 1e-9))
         pieces, last = [at[None]], at
-        for end, inwards in ((at, over), (target, -over)):
+        for end, worst, inwards in zip((at, target), highest, (over, -_GENTLER * over), strict=True):
+            rest = height - worst - settings.clear_mm
             corner = np.array([*end[:2], height])
-            outwards = np.array([0.0, 0.0, np.clip(end[2] - height, -clear, clear)])
+            outwards = np.array([0.0, 0.0, np.clip(end[2] - height, -rest, rest)])
             enter, leave = corner + outwards, corner + inwards
             if end is target:
                 enter, leave = leave, enter
@@ -146,16 +180,21 @@ class _Builder:
         pieces.append(_divided(last, target, settings.spacing_mm))
         self._add(np.concatenate(pieces), -1)
 
-    def _step_to(self, target: Floats, clear: float) -> None:
+    def _highest(self, place: Floats) -> float:
+        """How high the sheet may lie at a place."""
+        return self.settings.highest_mm(float(np.hypot(*(place[:2] - self.middle_mm))))
+
+    def _step_to(self, target: Floats, height: float) -> None:
         """Up and down to a place close by, with a rest at the top, where the pen turns back anyway."""
-        at, settings = self.points[-1][-1], self.settings
-        top = np.array([*(at + target)[:2] / 2, settings.lift_mm])
-        up, down = (self._risen(end, top, clear) for end in (at, target))
+        at = self.points[-1][-1]
+        top = np.array([*(at + target)[:2] / 2, height])
+        up, down = (self._risen(end, top) for end in (at, target))
         self._add(np.concatenate([at[None], up]), -1)
         self._add(np.concatenate([down[::-1], target[None]]), -1)
 
-    def _risen(self, start: Floats, top: Floats, clear: float) -> Floats:
+    def _risen(self, start: Floats, top: Floats) -> Floats:
         """Points after ``start``, straight up as long as the pen is not clear of the paper, then leaning to the top."""
+        clear = min(self._highest(start) + self.settings.clear_mm, top[2])
         enter = np.array([*start[:2], max(clear, start[2])])
         control = np.array([*start[:2], (enter[2] + top[2]) / 2])
         spacing = self.settings.spacing_mm

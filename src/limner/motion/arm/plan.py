@@ -21,6 +21,7 @@ from limner.motion.arm.pen_check import Allowed, check_pen, pen_limits
 from limner.motion.arm.place import PlaceSettings, ReachMap
 from limner.motion.arm.retime import RetimeSettings, joined, move, retime
 from limner.motion.arm.robot import SAFE, Robot
+from limner.motion.arm.rock import rocked
 from limner.settings import SettingsGroup, group
 from limner.types import Drawing, Floats, JointTrajectory
 
@@ -54,6 +55,7 @@ class ArmPlan:
         robot: that draws.
         placement: of the sheet.
         path: of the pen over the sheet.
+        q: (n, dof) joint positions at its points.
         trajectory: of the joints, checked, from the safe pose and back to it.
         seconds: spent on each step.
     """
@@ -61,6 +63,7 @@ class ArmPlan:
     robot: Robot
     placement: Placement
     path: LiftedPath
+    q: Floats
     trajectory: JointTrajectory
     seconds: dict[str, float]
 
@@ -124,13 +127,15 @@ def plan_arm(drawing: Drawing, robot: Robot, settings: ArmSettings, placement: P
         )
     seconds["inverse"] = time.perf_counter() - started
     started = time.perf_counter()
+    rocking = rocked(robot, path, q, placed.base_from_paper[:3, 2])
+    q = rocking if search.clear(rocking, placed) else q
     drawn = retime(robot, path, q, settings.retime)
     whole = _from_safe_and_back(robot, drawn, settings.retime)
     trajectory = dataclasses.replace(whole, press_mm=settings.lift.press_mm, sheet_m=placed.corners_m(search.size_mm))
     check(trajectory, robot, jerk_limited=settings.retime.jerk_limited)
     check_pen(trajectory, robot, pen_limits(trajectory, robot, settings.allowed))
     seconds["retime"] = time.perf_counter() - started
-    return ArmPlan(robot, placed, path, trajectory, seconds)
+    return ArmPlan(robot, placed, path, q, trajectory, seconds)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,6 +195,10 @@ class _Search:
             raise problem or CannotDraw("place: nowhere to try")
         _, there, q = min(found, key=lambda one: one[0])
         return there, q
+
+    def clear(self, q: Floats, placed: Placement) -> bool:
+        """Whether joint positions (n, dof) along the path, and the ways to and from the safe pose, touch nothing."""
+        return self._collision(q, placed) is None
 
     def _seconds(self, q: Floats) -> float:
         """About how long it takes: each piece as if it asked as much of the joints everywhere as on average."""

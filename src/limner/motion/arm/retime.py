@@ -31,7 +31,7 @@ class RetimeSettings(SettingsGroup):
 
     pen_speed: float = setting(100.0, "the pen's speed on the paper", unit="mm/s", low=0.1, high=5000)
     travel_speed: float = setting(250.0, "the pen's speed while lifted", unit="mm/s", low=0.1, high=5000)
-    pen_acceleration: float = setting(1000.0, "the pen's acceleration along its path", unit="mm/s^2", low=1, high=1e5)
+    pen_acceleration: float = setting(1500.0, "the pen's acceleration along its path", unit="mm/s^2", low=1, high=1e5)
     margin: float = setting(0.01, "part of every limit that is not used", low=0, high=0.9)
     grid_per_mm: float = setting(5.0, "places per millimetre of path where limits are held", low=0.1, high=100)
     jerk_limited: bool = setting(False, "hold the joints' limits of jerk too: gentler to the arm, and slower")
