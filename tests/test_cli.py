@@ -213,7 +213,7 @@ def test_degenerate_photos_give_one_clear_line(run, verb, name, tmp_path):
     ran = run(verb, name)
     assert ran.code == code, ran.err
     line = one_line(ran)
-    assert ("no face found" in line and "--crop" in line) if code == 3 else name in line
+    assert ("no face found" in line and "--crop" in line and "upright" in line) if code == 3 else name in line
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 

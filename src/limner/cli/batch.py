@@ -171,7 +171,7 @@ def _watched(photos: tuple[str, ...], folder: Path) -> Iterator[Watch]:
 
 
 def _short(summary: Summary) -> str:
-    kept = f", {summary.kept} were drawn already" if summary.kept else ""
+    kept = f", {summary.kept} drawn already" if summary.kept else ""
     failed = f", {summary.failed} could not be" if summary.failed else ""
     rate = f" ({summary.per_minute():.0f} a minute)" if summary.drawn else ""
     return f"{many(summary.photos, 'photo')}: {summary.drawn} drawn{kept}{failed}, in {summary.seconds():.1f} s{rate}"

@@ -87,7 +87,8 @@ def choose(faces: Sequence[Face], number: int, photo: Photo, settings: DetectSet
         looked_for = DETECTORS[settings.detector].looked_for(photo, settings)
         raise NoFace(
             f"no face found; looked for {looked_for};"
-            " a crop around the face by hand (--crop x,y,w,h), more light and looking at the camera help"
+            " a crop around the face by hand (--crop x,y,w,h), the photo upright, more light and a look at the camera"
+            " help"
         )
     if number > len(faces):
         known = "1 face was" if len(faces) == 1 else f"{len(faces)} faces were"
