@@ -10,8 +10,9 @@ from limner.errors import NoFace
 from limner.pipeline import Session, budget, draw, session as drawing_session
 from limner.stages import Stages
 from limner.types import Photo
-from limner.vision import lines
+from limner.vision.edges import EXTRACTORS, IN_TWO
 from limner.vision.landmarks.detectors import DETECTORS
+from limner.vision.lines import sitter, styles, traced
 from portraits import astronaut
 
 PHOTO, FACE = astronaut()
@@ -31,19 +32,21 @@ def calls(monkeypatch):
 
         monkeypatch.setattr(module, name, watched)
 
-    for name in ("to_working_scale", "trim", "_traced", "spline_strokes"):
-        watch(lines, name)
+    watch(sitter, "to_working_scale")
+    watch(traced, "trim")
+    watch(traced, "_traced")
+    watch(styles, "spline_strokes")
     for name in ("refine", "compose", "clean", "select"):
         watch(drawing_session, name)
     watch(budget, "order")
-    for name, run in dict(lines.EXTRACTORS).items():
-        monkeypatch.setitem(lines.EXTRACTORS, name, lambda *args, name=name, run=run: done.append(name) or run(*args))
-    for name, steps in dict(lines.IN_TWO).items():
+    for name, run in dict(EXTRACTORS).items():
+        monkeypatch.setitem(EXTRACTORS, name, lambda *args, name=name, run=run: done.append(name) or run(*args))
+    for name, steps in dict(IN_TWO).items():
         watched = [
             lambda *args, name=f"{name} {step}", run=run: done.append(name) or run(*args)
             for step, run in zip(("sight", "lines"), steps, strict=True)
         ]
-        monkeypatch.setitem(lines.IN_TWO, name, tuple(watched))
+        monkeypatch.setitem(IN_TWO, name, tuple(watched))
 
     def found(photo, settings):
         done.append("detect")
