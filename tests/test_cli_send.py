@@ -143,14 +143,23 @@ def test_a_failing_machine_is_exit_5_in_one_line(run, tmp_path):
     assert served.fake.breaches == []
 
 
+AT_TERMINAL = """
+import fcntl, os, sys, termios
+os.setsid()
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+os.execvp(sys.argv[1], sys.argv[1:])
+"""
+
+
 class Terminal:
     """A program at a terminal, as a user has it."""
 
     def __init__(self, arguments, folder):
-        self.process_id, self._file = pty.fork()
-        if self.process_id == 0:
-            os.chdir(folder)
-            os.execvp(arguments[0], arguments)
+        self._file, theirs = pty.openpty()
+        ends = dict.fromkeys(("stdin", "stdout", "stderr"), theirs)
+        # Not by ``pty.fork``: the plotter's thread may hold a lock that the child would wait for.
+        self._process = subprocess.Popen([sys.executable, "-c", AT_TERMINAL, *arguments], cwd=folder, **ends)
+        os.close(theirs)
         self.seen = ""
 
     def until(self, words):
@@ -162,7 +171,8 @@ class Terminal:
     def end(self):
         while self._read(PATIENCE_S):
             pass
-        return os.waitstatus_to_exitcode(os.waitpid(self.process_id, 0)[1])
+        os.close(self._file)
+        return self._process.wait(PATIENCE_S)
 
     def _read(self, timeout):
         if not select.select([self._file], [], [], timeout)[0]:
