@@ -149,26 +149,49 @@ def test_paused_it_waits_in_the_air_hears_nothing_and_goes_on(arm):
     assert (1, True) in waited
 
 
-def test_interrupted_it_is_told_to_hold_and_the_pen_is_not_said_to_be_up(arm, monkeypatch):
-    held = []
-    aborted = Rosbridge.abort
-    monkeypatch.setattr(Rosbridge, "abort", lambda self: held.append(aborted(self)))
+@pytest.mark.parametrize("halted", [False, True])
+def test_interrupted_it_is_told_to_hold_and_lifts_unless_a_service_has_halted_it(arm, monkeypatch, halted):
+    held, aborted, states = [], Rosbridge.abort, Rosbridge._state
 
-    def watch(place, waits):
-        monkeypatch.setattr(Rosbridge, "_state", interrupted if place.stroke == 1 else states)
-
-    states = Rosbridge._state
+    def abort(self):
+        held.append(aborted(self))
+        return held[-1]
 
     def interrupted(self):
         if self._busy:
+            monkeypatch.setattr(Rosbridge, "_state", states)
             raise KeyboardInterrupt
         return states(self)
 
-    settings = RosbridgeSettings(stop="/halt")
+    def watch(place, waits):
+        if place.stroke == 1:
+            monkeypatch.setattr(Rosbridge, "_state", interrupted)
+
+    monkeypatch.setattr(Rosbridge, "abort", abort)
+    settings = RosbridgeSettings(stop="/halt" if halted else "")
     with pytest.raises(KeyboardInterrupt):
         arm(watch=watch, settings=settings, services=("/halt",))
-    assert held == [False]
-    assert (arm.fake.breaches, arm.fake.stops, arm.fake.called) == ([], 1, ["/halt"])
+    assert held == [not halted]
+    assert (arm.fake.breaches, arm.fake.stops, arm.fake.called) == ([], 1, ["/halt"] * halted)
+    assert len(arm.fake.done) == 1 + 2 + (not halted), "the way there, two strokes, and the lift"
+    if not halted:
+        rise = 1000 * np.ptp(route().tips(arm.fake.done[-1].q), axis=0)
+        assert rise[2] > 30
+        assert np.hypot(*rise[:2]) < 0.2 * rise[2]
+
+
+def test_an_arm_that_goes_on_after_it_was_told_to_stop_is_not_led_anywhere(arm, monkeypatch):
+    monkeypatch.setattr("limner.targets.fake_controller.FakeController.put", lambda self, q: None)
+    monkeypatch.setattr("limner.targets.rosbridge._REST_S", 1e9)
+    with fake_arm() as fake:
+        device = driver(fake.port)
+        device.open()
+        monkeypatch.setattr(Rosbridge, "_arrive", lambda self, motion: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            device.draw(0, lambda: False)
+        assert not device.abort()
+        device.close()
+    assert (len(fake.done), fake.stops) == (1, 1)
 
 
 def test_a_lost_connection_is_had_again_and_nothing_is_drawn_twice(arm):

@@ -11,7 +11,6 @@ import numpy as np
 
 from limner.errors import DeviceFailed, LimnerError
 from limner.motion.arm.legs import Legs
-from limner.motion.arm.lift import lift
 from limner.ros.feed import JointFeed
 from limner.types import Floats, JointTrajectory
 
@@ -170,7 +169,7 @@ class RosArm:
             LimnerError: it is not seen at rest, there is no such motion, or it was not followed.
         """
         self._settle()
-        self._follow(lift(self._route.robot, self._q(), self._route.settings), lambda: False)
+        self._follow(self._route.lift(self._q()), lambda: False)
         self._up = True
 
     def _settle(self) -> None:

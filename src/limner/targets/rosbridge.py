@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from limner.errors import BadInput, DeviceFailed
+from limner.errors import BadInput, DeviceFailed, LimnerError
 from limner.settings import SettingsGroup, setting
 from limner.targets.bridge import BACKOFF_S, Bridge, BridgeAddress, Lost, check_name, number
 from limner.targets.ros_points import Points, controller_points, nothing, trajectory_message
@@ -27,6 +27,7 @@ CLOCKS = {"1": ("secs", "nsecs"), "2": ("sec", "nanosec")}
 """What the parts of a time are called in each ROS."""
 
 _STEADY_S = 0.1
+_REST_S, _REST_RAD = 0.3, 1e-3  # at rest is what moves no farther for so long
 _MEET_S = 1.0  # a controller hears of a new publisher only after a while
 
 
@@ -37,7 +38,7 @@ class RosbridgeSettings(SettingsGroup):
     ros: str = setting("1", "the ROS behind rosbridge", choices=("1", "2"))
     states: str = setting("/joint_states", "topic on which the arm tells its joint positions")
     before: str = setting("", "service that is called before the arm moves, such as one that frees its brakes")
-    stop: str = setting("", "service that is called when the arm is stopped at once")
+    stop: str = setting("", "service that is called when the arm is stopped at once, whose pen is not drawn back then")
     near_deg: float = setting(1.0, "the arm has arrived when its joints are as near", unit="deg", low=0.01, high=10)
 
 
@@ -133,12 +134,18 @@ class Rosbridge:
             self._follow(self._route.home(self._at))
 
     def abort(self) -> bool:
-        """Stop the arm where it is, by a motion without points and by the service for it; never raises."""
+        """Stop the arm where it is, by a motion without points, and draw its pen back; never raises.
+
+        An arm that a service was told to stop is told nothing more: it may have no power, and move once it has.
+        """
         if self._busy:
-            with contextlib.suppress(DeviceFailed):
+            with contextlib.suppress(LimnerError):
                 self._say(self._message(nothing(self._names)))
                 if self._settings.stop:
                     self._bridge.call(self._settings.stop, self._until(self._silence_s))
+                elif not self._up:
+                    self._follow(self._route.lift(self._settled()))
+                    self._up = True
         return self._up
 
     def close(self) -> None:
@@ -164,6 +171,22 @@ class Rosbridge:
         raise DeviceFailed(
             f"{self.name}: {self._settings.states} does not tell where {', '.join(self._names)} are; is the arm on?"
         )
+
+    def _settled(self) -> Floats:
+        """Where the arm has come to rest.
+
+        Raises:
+            DeviceFailed: it still moves, or does not say where it is.
+        """
+        rest, since = self._heard(), self._clock()
+        going = self._until(self._silence_s)
+        while going():
+            q = self._state()
+            if q is not None and np.abs(q - rest).max() > _REST_RAD:
+                rest, since = q, self._clock()
+            elif q is not None and self._clock() - since >= _REST_S:
+                return q
+        raise DeviceFailed(f"{self.name}: the arm was told to stop and still moves")
 
     def _state(self) -> Floats | None:
         """The joint positions that come next, if any come now."""

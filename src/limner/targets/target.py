@@ -70,6 +70,13 @@ class Route(Protocol):
     def home(self, index: int) -> JointTrajectory:
         """From where a stroke begins to the end."""
 
+    def lift(self, q: Floats) -> JointTrajectory:
+        """From joint positions anywhere, at rest, straight up along the pen.
+
+        Raises:
+            LimnerError: there is no such motion within the limits.
+        """
+
     def tips(self, q: Floats) -> Floats:
         """(n, 3) where the pen's tip is [m]."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from limner.errors import CannotDraw, NothingToDraw
 from limner.motion.arm.check import check
 from limner.motion.arm.collide import deepest
-from limner.motion.arm.lift import raised
+from limner.motion.arm.lift import lift, raised
 from limner.motion.arm.paper import plane_of
 from limner.motion.arm.pen_check import Allowed, PenLimits, check_motion, check_pen
 from limner.motion.arm.retime import RetimeSettings, joined, move
@@ -77,6 +77,14 @@ class Legs:
         """
         way = self.motion.q[[self.cuts[index], self.cuts[-1], -1]]
         return self._led(list(way), self.ends[min(index, len(self.ends) - 1)][0])
+
+    def lift(self, q: Floats) -> JointTrajectory:
+        """From joint positions (dof,) at rest, straight up along the pen.
+
+        Raises:
+            CannotDraw: the arm cannot draw its pen back from there.
+        """
+        return lift(self.robot, q, self.settings)
 
     def tips(self, q: Floats) -> Floats:
         """(n, 3) where the pen's tip is [m], base frame."""
