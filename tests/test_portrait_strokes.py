@@ -74,7 +74,7 @@ def test_a_beard_is_a_few_long_strokes_within_it():
     assert 1 <= len(lines) <= 4
     x, y = np.rint(np.concatenate(lines)).astype(int).T
     assert figure.beard[y, x].all()
-    assert geometry.total_length(lines) > 8 * face.outer_eye_px
+    assert geometry.total_length(lines) > 5 * face.outer_eye_px * len(lines)
     wide, whole = np.ptp(np.concatenate(lines)[:, 0]), np.ptp(np.nonzero(beard_of(face, figure))[1])
     assert wide > 0.8 * whole
 
@@ -85,6 +85,17 @@ def test_the_hairs_of_a_beard_grow_down_and_away_from_the_nose():
         ways, out = np.diff(mark.line, axis=0), mark.line[:-1] - face.points_px[27]
         along = np.abs((ways * out).sum(axis=1)) / (np.hypot(*ways.T) * np.hypot(*out.T))
         assert np.median(along) > 0.8
+
+
+def test_the_hairs_of_a_beard_do_not_end_on_one_line():
+    """Even ends look like the teeth of a saw: neither end follows the beard's border."""
+    face, figure = bearded()
+    for mark in draw_beard(face, figure):
+        out = np.hypot(*(mark.line - face.points_px[27]).T)
+        for ends in (out[0::2], out[1::2]):
+            # From one hair to the next but one the border hardly bends: what is left is the ends' own.
+            bend = ends[2:] - 2 * ends[1:-1] + ends[:-2]
+            assert np.abs(bend).mean() > 0.025 * face.outer_eye_px
 
 
 def test_a_shadow_beside_the_chin_is_no_beard():

@@ -15,7 +15,7 @@ from limner.vision.raster import Mask, dilated, filled, whole
 COVERED = 0.4
 """A beard covers at least this share of the chin."""
 
-APART, FAR = 0.045, 1.2
+APART, FAR = 0.03, 1.2
 """Distance of the turns of the pen [outer-eye distances], so far from the root of the nose."""
 
 SPREAD, REACH = np.deg2rad(110.0), 2.2
@@ -27,8 +27,8 @@ SHORTEST, MOST = 0.06, 0.45
 FEWEST = 4
 """Turns of a stroke; one with fewer is none."""
 
-RAGGED = 0.3
-"""Share of a hair by which its upper end may lie lower than the beard's."""
+RAGGED = (0.6, 0.3)
+"""Share of a hair by which its upper and its lower end may lie within the beard: even ends look like a saw."""
 
 GOLDEN = 0.6180339887498949
 """Multiples of it, less their whole part, are spread evenly: chance that is the same every time."""
@@ -84,9 +84,10 @@ class _Row:
 
     def add(self, hair: tuple[int, int], ray: Floats) -> None:
         """Go on to another hair: up on one ray, down on the next."""
-        upper = hair[0] + RAGGED * (len(self.turns) * GOLDEN % 1) * (hair[1] - hair[0])
+        down = len(self.turns) % 2
+        within = RAGGED[down] * (len(self.turns) * GOLDEN % 1) * (hair[1] - hair[0])
         self.hairs.append(hair)
-        self.turns.append(ray[hair[1] if len(self.turns) % 2 else int(upper)])
+        self.turns.append(ray[int(hair[1] - within if down else hair[0] + within)])
         self.open = True
 
     def line(self) -> Floats:
