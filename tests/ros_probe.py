@@ -171,7 +171,8 @@ class Probe:
             found = self.tf.lookup_transform(target, source, rospy.Time(0), rospy.Duration(PATIENCE_S)).transform
         except tf2_ros.TransformException as error:
             return str(error)
-        return [found.translation.x, found.translation.y, found.translation.z, found.rotation.w]
+        at, turn = found.translation, found.rotation
+        return [at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z]
 
     def do_param(self, name, value):
         rospy.set_param(name, value)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from limner.motion.arm.robots import load_robot
+from limner.transforms import from_quaternion
 from processes import until
 from ros_world import World, need_ros
 
@@ -343,14 +344,16 @@ def test_the_controller_refuses_what_a_real_one_would(desk, change, reason):
 
 def test_three_probed_points_say_where_the_sheet_lies(desk):
     desk.plan(LINE)
-    here = np.array(desk.probe("frame", target="arm_base_link", source="paper")[:3])
+    found = desk.probe("frame", target="arm_base_link", source="paper")
+    here, turn = np.array(found[:3]), from_quaternion(found[3:])
     desk.grant("calibrate_clear")
     before = len(desk.statuses())
     desk.probe("point", place=here.tolist(), frame="somewhere")
     desk.wait("in frame 'somewhere', expected 'arm_base_link'", before)
     corner = here + np.array([0.02, 0.01, 0.005])
-    for step in ([0, 0, 0], [0, 0.12, 0], [-0.1, 0.06, 0.0]):
-        desk.probe("point", place=(corner + step).tolist(), frame="arm_base_link")
+    # Along the sheet as it was found to lie, a little beside it: there the arm reaches all of it too.
+    for step in ([0, 0, 0], [0.12, 0, 0], [0.06, 0.1, 0]):
+        desk.probe("point", place=(corner + turn @ step).tolist(), frame="arm_base_link")
     until(lambda: "point 3" in desk.statuses()[-1])
     assert "nothing is planned" in desk.refuse("start")
     desk.plan(LINE)
