@@ -197,4 +197,5 @@ class _Still:
         now, reports = time.monotonic(), self._feed.reports
         if self._q is None or np.abs(q - self._q).max() > _REST_RAD:
             self._q, self._since, self._after = q, now, reports
-        return now - self._since > self._seconds and reports - self._after >= _REST_REPORTS
+        # Up to the last report, not up to now.
+        return self._feed.heard - self._since > self._seconds and reports - self._after >= _REST_REPORTS

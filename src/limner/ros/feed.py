@@ -52,6 +52,11 @@ class JointFeed:
         """How many there have been: an arm that has not been heard since is not known to be where it was."""
         return self._reports
 
+    @property
+    def heard(self) -> float:
+        """When the last one came [s], by the clock that never jumps."""
+        return self._heard
+
     def q(self) -> Floats:
         """Where the arm is: (dof,).
 
