@@ -26,6 +26,11 @@ settings.register_profile(
 )
 settings.load_profile("limner")
 
+# Begun in the background or under nohup, tests and every program they begin would ignore what they are ended by.
+for number, usual in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.SIG_DFL)):
+    if hasattr(signal, number) and signal.getsignal(getattr(signal, number)) is signal.SIG_IGN:
+        signal.signal(getattr(signal, number), usual)
+
 
 @pytest.fixture(scope="session")
 def shared() -> Path:

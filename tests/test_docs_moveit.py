@@ -19,7 +19,7 @@ from limner.targets.fake_rosbridge import FakeRosbridge
 from limner.targets.recording import TOPICS
 from limner.targets.rosbridge import Rosbridge, RosbridgeSettings
 from limner.targets.svg import to_svg
-from test_rosbridge import arm_clock, fake_arm
+from test_rosbridge import PACE, arm_clock, fake_arm
 
 for package, extra in (("urdf_parser_py", "robot"), ("toppra", "robot"), ("rosbags", "ros"), ("websockets", "ros")):
     pytest.importorskip(package, reason=f"pip install 'limner[{extra}]'")
@@ -43,7 +43,7 @@ def folder(tmp_path_factory):
     (folder / "me.svg").write_bytes(to_svg(drawing()))
     with pytest.MonkeyPatch.context() as patch, fake_arm() as fake:
         patch.chdir(folder)
-        patch.setattr(jobs, "Rosbridge", functools.partial(Rosbridge, silence_s=20.0, clock=arm_clock))
+        patch.setattr(jobs, "Rosbridge", functools.partial(Rosbridge, silence_s=40.0, clock=arm_clock(PACE)))
         for line in COMMANDS:
             words = shlex.split(line.replace("localhost:9090", f"127.0.0.1:{fake.port}"))
             patch.setattr(sys, "argv", words)
