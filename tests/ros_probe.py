@@ -151,6 +151,23 @@ class Probe:
         self.joints.publish(JointState(name=names, position=q))
 
     def do_goal(self, controller, names, q, t, velocities=True):
+        handle = self.sent(controller, names, q, t, velocities)
+        until(lambda: handle.get_comm_state() == actionlib.CommState.DONE)
+        return [handle.get_goal_status(), handle.get_goal_status_text()]
+
+    def do_cancels(self, controller, names, q, t, times):
+        """How the goals ended that were cancelled one after the other, as soon as each had begun."""
+        ended = []
+        for _ in range(times):
+            handle = self.sent(controller, names, q, t)
+            until(lambda handle=handle: handle.get_comm_state() == actionlib.CommState.ACTIVE, look_s=0.001)
+            handle.cancel()
+            until(lambda handle=handle: handle.get_comm_state() == actionlib.CommState.DONE, patience_s=60)
+            ended.append(handle.get_goal_status())
+        return ended
+
+    def sent(self, controller, names, q, t, velocities=True):
+        """A goal, and what tells how it goes."""
         r = ros()
         if self.client is None:
             name = f"{controller}/follow_joint_trajectory"
@@ -162,9 +179,7 @@ class Probe:
             for row, s in zip(q, t, strict=True)
         ]
         goal = r.control.FollowJointTrajectoryGoal(trajectory=JointTrajectory(joint_names=names, points=points))
-        handle = self.client.send_goal(goal)
-        until(lambda: handle.get_comm_state() == actionlib.CommState.DONE)
-        return [handle.get_goal_status(), handle.get_goal_status_text()]
+        return self.client.send_goal(goal)
 
     def do_frame(self, target, source):
         try:
@@ -185,7 +200,10 @@ def main():
     probe = Probe()
     for line in sys.stdin:
         request = json.loads(line)
-        answer = getattr(probe, "do_" + request.pop("do"))(**request)
+        try:
+            answer = {"answer": getattr(probe, "do_" + request.pop("do"))(**request)}
+        except AssertionError as error:
+            answer = {"failed": str(error)}
         out.write(json.dumps(answer) + "\n")
         out.flush()
     rospy.signal_shutdown("done")

@@ -46,7 +46,9 @@ class Probe:
         self._process.stdin.flush()
         line = self._process.stdout.readline()
         assert line, "the probe has ended"
-        return json.loads(line)
+        said = json.loads(line)
+        assert "failed" not in said, said
+        return said["answer"]
 
 
 class World:

@@ -316,6 +316,16 @@ def test_joints_that_cannot_be_are_refused(desk):
         desk.wait(reason, before)
 
 
+def test_goals_may_be_cancelled_at_any_moment(desk):
+    """Feedback that is told while a cancel comes in must not have the two wait for each other."""
+    here = np.array(desk.probe("last", topic="joint_states")["q"])
+    given = {"names": DUMBO.joints, "q": [here.tolist(), here.tolist()], "t": [0.0, 60.0]}
+    ended = desk.probe("cancels", controller=CONTROLLER, times=40, **given)
+    assert set(ended) == {2}, "preempted"
+    count = desk.probe("count", topic="joint_states")
+    until(lambda: desk.probe("count", topic="joint_states") > count + 10)
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [

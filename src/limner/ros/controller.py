@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 import numpy as np
@@ -36,10 +35,8 @@ class Controller:
         self._speed = float(get("~speed", 1.0))
         self._also = [str(name) for name in get("~also", [])]
         name = str(get("~controller", self._robot.controller or "arm_controller"))
-        self._lock = threading.RLock()
         self._goal: Any = None
         self._states = r.rospy.Publisher("joint_states", r.sensor.JointState, queue_size=4 * RATE_HZ, tcp_nodelay=True)
-        r.rospy.Subscriber(f"{name}/command", r.trajectory.JointTrajectory, self._on_command)
         self._server = r.actionlib.ActionServer(
             f"{name}/follow_joint_trajectory",
             r.control.FollowJointTrajectoryAction,
@@ -47,6 +44,10 @@ class Controller:
             cancel_cb=self._on_cancel,
             auto_start=False,
         )
+        # The server holds its lock while it hands over a cancel: a second one, held while it is told something, could
+        # be waited for in turn for ever.
+        self._lock = self._server.lock
+        r.rospy.Subscriber(f"{name}/command", r.trajectory.JointTrajectory, self._on_command)
         self._server.start()
 
     def run(self) -> None:
